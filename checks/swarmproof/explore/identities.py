@@ -1,0 +1,166 @@
+"""Canonical names for trajectories, and what of a deprecated tracker is forgotten.
+
+The protocol compares trajectories only for equality (and, under the round-robin trigger, by age), so two swarms that
+differ by a renaming behave alike. All names of one UAV form a *column*: what it follows and what every CU's tracker
+of it holds. `docs/abstraction.md` argues that each :class:`Abstraction` is exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from enum import Enum
+from typing import NamedTuple
+
+from swarmproof.mlr.algorithm1 import ComputeUnit
+from swarmproof.mlr.algorithm2 import InformationTracker
+from swarmproof.mlr.messages import Metadata, Trajectory
+from swarmproof.mlr.swarm import Swarm
+from swarmproof.mlr.uav import Uav
+from swarmproof.semantics.switches import Semantics
+
+
+class Abstraction(Enum):
+    """How much of the trackers' content the explored states distinguish."""
+
+    #: Of a deprecated tracker only what can still matter under the semantics.
+    ESSENTIAL = "essential"
+    #: Everything, but of three or more interchangeable trajectories only two are kept.
+    COUNTED = "counted"
+    #: Everything; the reachable set may be infinite.
+    NOTHING = "nothing"
+
+
+class Column(NamedTuple):
+    """One UAV during a round: what it followed in it, what it follows after it, and every CU's tracker of it."""
+
+    before: Trajectory
+    after: Trajectory
+    trackers: tuple[InformationTracker, ...]
+
+
+#: The round of canonical swarms (plus k mod M): above every canonical name's round.
+CANONICAL_ROUND = 1 << 20
+#: The round of fillers, which stand for trajectories that nobody follows and whose age nobody asks for.
+_FILLER_ROUND = -2
+
+
+def _filler(w: int, number: int) -> Trajectory:
+    return Trajectory(Metadata(_FILLER_ROUND, 2 * w + number))
+
+
+def forget(tracker: InformationTracker, w: int, followed: Trajectory, semantics: Semantics) -> InformationTracker:
+    """Return what can still matter of CU w's tracker of a UAV that follows `followed` (Abstraction.ESSENTIAL).
+
+    A tracker that is not deprecated is kept. A flag is cleared only by a match (Alg. 2 line 5), which reduces the
+    tracker to the matching trajectory, and only the followed trajectory can match from now on. So of a deprecated
+    tracker it matters whether it holds the followed trajectory and, if line 13 is read as printed, whether it holds
+    none, one or several.
+    """
+    if not tracker.deprecated:
+        return tracker
+    kept = (followed,) if followed in tracker.trajectories else ()
+    if semantics.deprecation == "all":
+        size = min(len(tracker.trajectories), 2)
+        kept += tuple(_filler(w, number) for number in range(size - len(kept)))
+    return InformationTracker(kept, deprecated=True)
+
+
+def _holders(column: Column) -> dict[Trajectory, int]:
+    """Return, for every trajectory of a column, the CUs whose tracker holds it, as a bit mask."""
+    masks: dict[Trajectory, int] = {}
+    for w, tracker in enumerate(column.trackers):
+        for trajectory in tracker.trajectories:
+            masks[trajectory] = masks.get(trajectory, 0) | 1 << w
+    return masks
+
+
+def _rename(column: Column, names: dict[Trajectory, Trajectory], keep_order: bool) -> Column:
+    def renamed(tracker: InformationTracker) -> InformationTracker:
+        entries: Iterable[Trajectory] = (names[t] for t in tracker.trajectories if t in names)
+        return InformationTracker(tuple(entries if keep_order else sorted(entries)), tracker.deprecated)
+
+    return Column(names[column.before], names[column.after], tuple(renamed(t) for t in column.trackers))
+
+
+def _capped(names: Sequence[Trajectory], masks: dict[Trajectory, int]) -> list[Trajectory]:
+    """Keep at most two of the trajectories that are held by exactly the same trackers."""
+    seen: dict[int, int] = {}
+    kept = []
+    for name in names:
+        seen[masks[name]] = seen.get(masks[name], 0) + 1
+        if seen[masks[name]] <= 2:
+            kept.append(name)
+    return kept
+
+
+def canonical_column(column: Column, abstraction: Abstraction, during_round: bool = False) -> Column:
+    """Rename a column's trajectories where ages do not matter (`event_trigger=any`).
+
+    The trajectory followed before the round comes first, the others are ordered by the set of trackers that hold them:
+    those that share it are interchangeable. During a round, what was planned in it keeps its name.
+    """
+    masks = _holders(column)
+    fixed = {t for t in (*masks, column.after) if during_round and t.metadata.round >= CANONICAL_ROUND}
+    others = sorted((t for t in masks if t not in fixed and t != column.before), key=lambda t: (-masks[t], t))
+    if abstraction is Abstraction.COUNTED:
+        others = _capped(others, masks)
+    names = {t: t for t in fixed} | {column.before: Trajectory(Metadata(0, 0))}
+    names |= {t: Trajectory(Metadata(number, 0)) for number, t in enumerate(others, start=1)}
+    return _rename(column, names, keep_order=False)
+
+
+def canonical_columns_with_ages(columns: Sequence[Column], abstraction: Abstraction) -> tuple[Column, ...]:
+    """Rename all columns' trajectories together, keeping the order of their calculation rounds (round-robin)."""
+    all_masks = [_holders(column) for column in columns]
+    for column, masks in zip(columns, all_masks, strict=True):
+        masks.setdefault(column.after, 0)
+    rounds = sorted({t.metadata.round for masks in all_masks for t in masks if t.metadata.round > _FILLER_ROUND})
+    rank = {round_: number for number, round_ in enumerate(rounds)}
+    renamed = []
+    for column, masks in zip(columns, all_masks, strict=True):
+        names: dict[Trajectory, Trajectory] = {}
+        of_round: dict[int, int] = {}
+        ordered = sorted(masks, key=lambda t: (t.metadata.round, t != column.after, -masks[t], t))
+        if abstraction is Abstraction.COUNTED:
+            ordered = _capped_with_ages(ordered, masks, column)
+        for t in ordered:
+            if t.metadata.round <= _FILLER_ROUND:
+                names[t] = t
+                continue
+            age = rank[t.metadata.round]
+            names[t] = Trajectory(Metadata(age, of_round.get(age, 0)))
+            of_round[age] = of_round.get(age, 0) + 1
+        renamed.append(_rename(column, names, keep_order=True))
+    return tuple(renamed)
+
+
+def _capped_with_ages(names: list[Trajectory], masks: dict[Trajectory, int], column: Column) -> list[Trajectory]:
+    """As :func:`_capped`, where what is first in some tracker, or followed, must stay."""
+    firsts = {tracker.trajectories[0] for tracker in column.trackers if tracker.trajectories} | {column.after}
+    free = set(_capped([t for t in names if t not in firsts], masks))
+    return [t for t in names if t in firsts or t in free]
+
+
+def canonical_swarm(swarm: Swarm, semantics: Semantics, abstraction: Abstraction) -> Swarm:
+    """Return the representative of all swarms that behave like this one (its CUs' decisions still open)."""
+    cus = len(swarm.cus)
+    columns = []
+    for uav in swarm.uavs:
+        trackers = tuple(cu.trackers[uav.i] for cu in swarm.cus)
+        if abstraction is Abstraction.ESSENTIAL:
+            trackers = tuple(forget(t, w, uav.followed, semantics) for w, t in enumerate(trackers))
+        columns.append(Column(uav.followed, uav.followed, trackers))
+    if semantics.event_trigger == "round-robin":
+        named = canonical_columns_with_ages(columns, abstraction)
+        k = CANONICAL_ROUND + swarm.k % cus
+    else:
+        named = tuple(canonical_column(column, abstraction) for column in columns)
+        k = CANONICAL_ROUND
+    return Swarm(
+        k,
+        tuple(Uav(uav.i, column.after, uav.asked_by) for uav, column in zip(swarm.uavs, named, strict=True)),
+        tuple(
+            ComputeUnit(cu.w, cu.state, tuple(c.trackers[cu.w] for c in named), cu.next_request, cu.a_et)
+            for cu in swarm.cus
+        ),
+    )
