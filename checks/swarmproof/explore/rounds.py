@@ -134,8 +134,8 @@ class Rounds:
         self.key_bits = at
         self._air_at = at
         self.tag_at = at + AIR_BITS
-        self._columns_mask = (1 << COLUMN_BITS * uavs) - 1
-        self._rest_mask = ((1 << self.key_bits) - 1) ^ self._columns_mask
+        self.columns_mask = (1 << COLUMN_BITS * uavs) - 1
+        self._rest_mask = ((1 << self.key_bits) - 1) ^ self.columns_mask
         # what the readable model answered, by local situation
         self._options: dict[tuple[int, ...], int] = {}
         self._option_sets: Numbering[tuple[tuple[int | None, bool, CuMessage | None, int], ...]] = Numbering(32)
@@ -322,7 +322,7 @@ class Rounds:
         control_mask = (1 << CONTROL_BITS) - 1
         air_mask = (1 << AIR_BITS) - 1
         column_mask = (1 << COLUMN_BITS) - 1
-        kept = ~(self._columns_mask | control_mask << control_at)
+        kept = ~(self.columns_mask | control_mask << control_at)
         view_of, tables, memo = self._view_of[w], self._after_cu[w], self._cu_outcomes[w]
         positions = list(enumerate(self._column_at))
         get = received.get
@@ -390,12 +390,12 @@ class Rounds:
         """The round is over: names of this round become names like others, what was on the air is forgotten."""
         finished: Frontier = {}
         column_mask = (1 << COLUMN_BITS) - 1
-        forgotten = ~(((1 << AIR_BITS) - 1) << self._air_at | self._columns_mask)
+        forgotten = ~(((1 << AIR_BITS) - 1) << self._air_at | self.columns_mask)
         phase_mask = ((1 << PHASE_BITS) - 1) << self._phase_at
         for key, value in frontier.items():
             new = key & forgotten
             if self.ages_matter:
-                columns = key & self._columns_mask
+                columns = key & self.columns_mask
                 canonical = self._finished_with_ages.get(columns)
                 if canonical is None:
                     canonical = self._finished_with_ages[columns] = self._finish_columns(columns)

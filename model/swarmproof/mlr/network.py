@@ -5,7 +5,7 @@ Any (message, receiver) pair may be lost. Two transmitters in one slot are a con
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import NamedTuple
@@ -138,3 +138,41 @@ def uav_receptions(i: int, air: Air, semantics: Semantics) -> Iterator[Reception
     per_slot = [_at_uav(i, on_slot, semantics) for on_slot in air.slots]
     for heard in product(*per_slot):
         yield _reception(air, (True,) * len(air.uav_messages), heard)
+
+
+def receive_at_cu(
+    w: int,
+    air: Air,
+    lost_uavs: Collection[int],
+    lost_slots: Collection[int],
+    decoded_replies: Collection[int],
+    semantics: Semantics,
+) -> Reception:
+    """Return what CU w receives when these messages are lost on the way to it.
+
+    Where nothing is sent, nothing is lost; `decoded_replies` are the slots of which it decodes the reply in a conflict.
+    """
+    options = [_at_cu(w, slot, on_slot, semantics) for slot, on_slot in enumerate(air.slots)]
+    heard_uavs = [i not in lost_uavs for i in range(len(air.uav_messages))]
+    return _reception(air, heard_uavs, _choose(options, lost_slots, decoded_replies))
+
+
+def receive_at_uav(
+    i: int, air: Air, lost_slots: Collection[int], decoded_replies: Collection[int], semantics: Semantics
+) -> Reception:
+    """Return what UAV i receives in the CUs' slots when these are lost on the way to it, as :func:`receive_at_cu`."""
+    options = [_at_uav(i, on_slot, semantics) for on_slot in air.slots]
+    return _reception(air, (True,) * len(air.uav_messages), _choose(options, lost_slots, decoded_replies))
+
+
+def _choose(
+    options: Sequence[tuple[_Heard, ...]], lost_slots: Collection[int], decoded_replies: Collection[int]
+) -> list[_Heard]:
+    def choose(slot: int, possible: tuple[_Heard, ...]) -> _Heard:
+        if slot in lost_slots and possible[-1].lost:
+            return possible[-1]
+        if slot in decoded_replies and len(possible) > 1 and possible[1].decoded_reply:
+            return possible[1]
+        return possible[0]
+
+    return [choose(slot, possible) for slot, possible in enumerate(options)]

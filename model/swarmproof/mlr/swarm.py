@@ -43,6 +43,20 @@ def all_decisions(swarm: Swarm, semantics: Semantics) -> list[tuple[Decision, ..
     return algorithm1.joint_decisions(options)
 
 
+def forbidden(swarm: Swarm, decided: Sequence[Decision], semantics: Semantics) -> str | None:
+    """Return why the CUs cannot decide so in this round; None if they can."""
+    taken = set()
+    for cu, decision in zip(swarm.cus, decided, strict=True):
+        options = algorithm1.decisions(cu, swarm.k, len(swarm.cus), semantics)
+        if decision not in options:
+            return f"CU {cu.w} in {cu.state.name} decides {decision}, but can only decide one of {list(options)}"
+        if algorithm1.is_exclusive(cu, decision, semantics):
+            if decision in taken:
+                return f"two CUs plan UAV {decision}"
+            taken.add(decision)
+    return None
+
+
 def compute(
     swarm: Swarm, decided: Sequence[Decision], semantics: Semantics
 ) -> tuple[tuple[ComputeUnit, ...], Air]:
@@ -54,22 +68,40 @@ def compute(
     return tuple(cu for cu, _ in results), on_air(swarm.uavs, [message for _, message in results])
 
 
-def finish_round(
-    swarm: Swarm,
-    computed: Sequence[ComputeUnit],
-    at_cus: Sequence[Reception],
-    at_uavs: Sequence[Reception],
-    adopted: Sequence[Trajectory | None],
-    semantics: Semantics,
-) -> Swarm:
-    """Return the swarm in the next computation phase, given what every receiver got and what the UAVs adopted."""
+@dataclass(frozen=True, slots=True)
+class Events:
+    """Everything about one round that the algorithms do not determine.
+
+    Attributes:
+        decided: by CU, whom it plans or asks (:func:`all_decisions`).
+        at_cus: by CU, what it receives.
+        at_uavs: by UAV, what it receives.
+        adopted: by UAV, which of the new trajectories that it received it follows; None if it received none.
+    """
+
+    decided: tuple[Decision, ...]
+    at_cus: tuple[Reception, ...]
+    at_uavs: tuple[Reception, ...]
+    adopted: tuple[Trajectory | None, ...]
+
+    @property
+    def lost(self) -> int:
+        """The number of (message, receiver) pairs lost in this round."""
+        return sum(reception.lost for reception in (*self.at_cus, *self.at_uavs))
+
+
+def step(swarm: Swarm, events: Events, semantics: Semantics) -> Swarm:
+    """Return the swarm in the computation phase of the next round."""
+    computed, _air = compute(swarm, events.decided, semantics)
     cus = len(swarm.cus)
     return Swarm(
         swarm.k + 1,
         tuple(
-            adopt(uav, got.inbox, new) for uav, got, new in zip(swarm.uavs, at_uavs, adopted, strict=True)
+            adopt(uav, got.inbox, new)
+            for uav, got, new in zip(swarm.uavs, events.at_uavs, events.adopted, strict=True)
         ),
         tuple(
-            algorithm1.update(cu, got.inbox, cus, semantics) for cu, got in zip(computed, at_cus, strict=True)
+            algorithm1.update(cu, got.inbox, cus, semantics)
+            for cu, got in zip(computed, events.at_cus, strict=True)
         ),
     )
