@@ -58,7 +58,7 @@ def forget(tracker: InformationTracker, w: int, followed: Trajectory, semantics:
     """
     if not tracker.deprecated:
         return tracker
-    kept = (followed,) if followed in tracker.trajectories else ()
+    kept: tuple[Trajectory, ...] = (followed,) if followed in tracker.trajectories else ()
     if semantics.deprecation == "all":
         size = min(len(tracker.trajectories), 2)
         kept += tuple(_filler(w, number) for number in range(size - len(kept)))

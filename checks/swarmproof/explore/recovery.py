@@ -28,7 +28,8 @@ class Recovery:
 
     Attributes:
         worst_rounds: where it holds, the most loss-free rounds until all CUs run for good.
-        lasso: where it does not, indices of swarms: a shortest way from the start to the loop and once around it.
+        lasso: where it does not, indices of swarms: a shortest way from the start to the loop and once around it. If
+            some failures are inevitable, it is a shortest one of these.
         loop_start: the position in `lasso` where the loop begins.
         inevitable: how many reachable swarms cannot recover whatever is chosen.
     """
@@ -109,6 +110,8 @@ def decide_recovery(exploration: Exploration) -> Recovery:
     inevitable = ~can_settle
     component = _components(forward, cyclic)
     on_cycle = _on_bad_cycle(forward, cyclic, component, running)
+    if (on_cycle & inevitable).any():
+        on_cycle &= inevitable  # show the failure that no choices avoid
     start, loop = _shortest_lasso(exploration, forward, component, on_cycle, running)
     path = [exploration.index[key] for key in exploration.path_to(start)]
     return Recovery(None, (*path, *loop), len(path) - 1, int(inevitable.sum()))

@@ -1,8 +1,8 @@
 """One round for many swarms at once: every loss pattern, merged by effect.
 
 A round is cut into the steps *decide, UAV 0 ... UAV N-1, CU 0 ... CU M-1, finish*. Receivers lose messages
-independently, so each step can be taken for each intermediate swarm on its own, and intermediate swarms that have become equal
-are merged before the next step. What a receiver can come to is computed by the readable model
+independently, so each step can be taken for each intermediate swarm on its own, and intermediate swarms that have
+become equal are merged before the next step. What a receiver can come to is computed by the readable model
 (:mod:`swarmproof.mlr`), once per distinct local situation, by running through all its loss patterns; the tables here
 only remember it.
 
@@ -259,11 +259,9 @@ class Rounds:
                 for w in range(self.cus):
                     if asked >> self.cus * i + w & 1:
                         replying[w] = i
-            results = {}
+            results: dict[tuple[int, int], None] = {}
             for decided in algorithm1.joint_decisions([tuple((d, e) for d, e, _, _ in o) for o in options]):
-                chosen = [
-                    next(o for o in of_cu if o[0] == d) for of_cu, d in zip(options, decided, strict=True)
-                ]
+                chosen = [next(o for o in of_cu if o[0] == d) for of_cu, d in zip(options, decided, strict=True)]
                 plan = _AirPlan(_dense_priorities([o[2] for o in chosen]), tuple(replying), phase)
                 bits = sum(o[3] << at for o, at in zip(chosen, self._control_at, strict=True))
                 results[self._airs(plan), bits] = None

@@ -35,9 +35,7 @@ def cheapest_events(swarm: Swarm, semantics: Semantics, lossless: bool = False) 
                 yield events, Swarm(swarm.k + 1, tuple(uav for uav, _ in uavs), tuple(cu for cu, _ in cus))
 
 
-def _at_cu(
-    cu: ComputeUnit, air: Air, cus: int, semantics: Semantics, lossless: bool
-) -> dict[ComputeUnit, Reception]:
+def _at_cu(cu: ComputeUnit, air: Air, cus: int, semantics: Semantics, lossless: bool) -> dict[ComputeUnit, Reception]:
     cheapest: dict[ComputeUnit, Reception] = {}
     for reception in cu_receptions(cu.w, air, semantics):
         if lossless and reception.lost:
@@ -48,9 +46,7 @@ def _at_cu(
     return cheapest
 
 
-def _at_uav(
-    uav: Uav, air: Air, semantics: Semantics, lossless: bool
-) -> dict[Uav, tuple[Reception, Trajectory | None]]:
+def _at_uav(uav: Uav, air: Air, semantics: Semantics, lossless: bool) -> dict[Uav, tuple[Reception, Trajectory | None]]:
     cheapest: dict[Uav, tuple[Reception, Trajectory | None]] = {}
     for reception in uav_receptions(uav.i, air, semantics):
         if lossless and reception.lost:

@@ -63,7 +63,7 @@ class Trace(msgspec.Struct, forbid_unknown_fields=True):
 
 @dataclass(frozen=True)
 class Replay:
-    """A trace replayed: `swarms[k]` is the swarm in the computation phase of round k, `events[k]` what happens in it."""
+    """A trace replayed: `swarms[k]` is the swarm in the computation phase of round k, `events[k]` what happens then."""
 
     trace: Trace
     semantics: Semantics
@@ -73,7 +73,7 @@ class Replay:
 
     @property
     def lost_messages(self) -> int:
-        """The number of (message, receiver) pairs lost, up to the start of the loop if there is one."""
+        """The number of (message, receiver) pairs lost."""
         return sum(events.lost for events in self.events)
 
     @property
@@ -92,7 +92,12 @@ class Replay:
 
 
 def record(
-    uavs: int, cus: int, semantics: Semantics, shows: str, events: Sequence[Events], loop_start: int | None = None
+    uavs: int,
+    cus: int,
+    semantics: Semantics,
+    shows: str,
+    events: Sequence[Events],
+    loop_start: int | None = None,
 ) -> Trace:
     """Write down a run from the first computation phase."""
     return Trace(
@@ -110,10 +115,7 @@ def record(
                     RecordedReception(list(r.lost_uavs), list(r.lost_slots), list(r.decoded_replies))
                     for r in happened.at_cus
                 ],
-                [
-                    RecordedReception([], list(r.lost_slots), list(r.decoded_replies))
-                    for r in happened.at_uavs
-                ],
+                [RecordedReception([], list(r.lost_slots), list(r.decoded_replies)) for r in happened.at_uavs],
                 [None if new is None else new.metadata.cu for new in happened.adopted],
             )
             for happened in events
@@ -195,9 +197,7 @@ def _events(swarm: Swarm, recorded: RecordedRound, k: int, semantics: Semantics)
         new = None if cu is None else Trajectory(Metadata(k, cu))
         offered = offers(uav, got.inbox)
         if new not in (offered or (None,)):
-            raise BadInput(
-                f"round {k} of the trace lets UAV {uav.i} adopt {_name(new)}; it receives {_names(offered)}"
-            )
+            raise BadInput(f"round {k} of the trace lets UAV {uav.i} adopt {_name(new)}; it receives {_names(offered)}")
         adopted.append(new)
     return Events(decided, at_cus, at_uavs, tuple(adopted)), air
 
@@ -239,9 +239,7 @@ def _check_loop(replayed: Replay, start: int) -> None:
         raise BadInput("the trace's loop loses messages: recovery is claimed only for loss-free rounds")
     if all(replayed.claim.goal(observe(swarm)) for swarm in replayed.swarms[start:]):
         raise BadInput("all CUs run throughout the trace's loop: it shows no failure to recover")
-    first, last = (
-        canonical_swarm(replayed.swarms[k], replayed.semantics, Abstraction.ESSENTIAL) for k in (start, end)
-    )
+    first, last = (canonical_swarm(replayed.swarms[k], replayed.semantics, Abstraction.ESSENTIAL) for k in (start, end))
     if first != last:
         raise BadInput("the trace's loop does not close: its last swarm behaves unlike its first")
 

@@ -78,9 +78,7 @@ def initial(w: int, uavs: int, cus: int, semantics: Semantics) -> ComputeUnit:
 def update(cu: ComputeUnit, inbox: Inbox, cus: int, semantics: Semantics) -> ComputeUnit:
     """Return CU w after lines 8-11 and 14 of the next round, having received `inbox` in this one."""
     uavs = len(cu.trackers)
-    trackers = update_information_trackers(
-        inbox.uav_messages, inbox.cu_messages, cu.trackers, cus, semantics
-    )  # line 8
+    trackers = update_information_trackers(inbox.uav_messages, inbox.cu_messages, cu.trackers, cus, semantics)  # line 8
     state = cu.state
     may_rejoin = semantics.rejoin == "any-state" or state != CuState.WAIT_FOR_UPDATE
     if not any(tracker.deprecated for tracker in trackers) and may_rejoin:
@@ -141,9 +139,7 @@ def is_exclusive(cu: ComputeUnit, decision: Decision, semantics: Semantics) -> b
     return semantics.event_trigger == "any" and cu.state == CuState.RUN_DMPC and decision is not None
 
 
-def transmit(
-    cu: ComputeUnit, k: int, decision: Decision, semantics: Semantics
-) -> tuple[ComputeUnit, CuMessage | None]:
+def transmit(cu: ComputeUnit, k: int, decision: Decision, semantics: Semantics) -> tuple[ComputeUnit, CuMessage | None]:
     """Return CU w after lines 12-34 of round k and what it transmits in its slot (None: it stays silent)."""
     running = cu.state == CuState.RUN_DMPC
     planned = decision if running else None

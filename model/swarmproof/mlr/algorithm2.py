@@ -50,13 +50,16 @@ def update_information_trackers(
         deprecated = [old or new for old, new in zip(deprecated, several, strict=True)]  # line 13, as in 4.2.1
     elif any(several):
         deprecated = [True] * len(d)  # line 13, as printed
-    if not len(cu_messages) == cus:  # line 17
+    if len(cu_messages) != cus:  # line 17
         deprecated = [True] * len(d)  # line 18
     for _slot, message in sorted(cu_messages.items()):  # line 20
         if isinstance(message, TrajectoryMessage):  # line 21
-            if message.trajectory not in d[message.uav]:
-                d[message.uav].append(message.trajectory)  # line 22
+            d[message.uav] = _union(d[message.uav], message.trajectory)  # line 22
     return tuple(InformationTracker(tuple(d_i), flag) for d_i, flag in zip(d, deprecated, strict=True))  # line 25
+
+
+def _union(entries: list[Trajectory], new: Trajectory) -> list[Trajectory]:
+    return entries if new in entries else [*entries, new]
 
 
 def _replace_contents(

@@ -1,6 +1,7 @@
 """The network: one slot per CU and round, and what each receiver can get out of it.
 
-Any (message, receiver) pair may be lost. Two transmitters in one slot are a conflict; `slot_conflict` decides what is heard.
+Any (message, receiver) pair may be lost. Two transmitters in one slot are a conflict; `slot_conflict` decides what is
+heard.
 """
 
 from __future__ import annotations

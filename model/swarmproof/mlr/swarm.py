@@ -57,13 +57,10 @@ def forbidden(swarm: Swarm, decided: Sequence[Decision], semantics: Semantics) -
     return None
 
 
-def compute(
-    swarm: Swarm, decided: Sequence[Decision], semantics: Semantics
-) -> tuple[tuple[ComputeUnit, ...], Air]:
+def compute(swarm: Swarm, decided: Sequence[Decision], semantics: Semantics) -> tuple[tuple[ComputeUnit, ...], Air]:
     """Finish the computation phase (Alg. 1 lines 12-34): the CUs after it, and everything that is transmitted."""
     results = [
-        algorithm1.transmit(cu, swarm.k, decision, semantics)
-        for cu, decision in zip(swarm.cus, decided, strict=True)
+        algorithm1.transmit(cu, swarm.k, decision, semantics) for cu, decision in zip(swarm.cus, decided, strict=True)
     ]
     return tuple(cu for cu, _ in results), on_air(swarm.uavs, [message for _, message in results])
 
@@ -97,11 +94,9 @@ def step(swarm: Swarm, events: Events, semantics: Semantics) -> Swarm:
     return Swarm(
         swarm.k + 1,
         tuple(
-            adopt(uav, got.inbox, new)
-            for uav, got, new in zip(swarm.uavs, events.at_uavs, events.adopted, strict=True)
+            adopt(uav, got.inbox, new) for uav, got, new in zip(swarm.uavs, events.at_uavs, events.adopted, strict=True)
         ),
         tuple(
-            algorithm1.update(cu, got.inbox, cus, semantics)
-            for cu, got in zip(computed, events.at_cus, strict=True)
+            algorithm1.update(cu, got.inbox, cus, semantics) for cu, got in zip(computed, events.at_cus, strict=True)
         ),
     )

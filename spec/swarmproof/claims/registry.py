@@ -52,9 +52,7 @@ class Claim:
         """Return where this safety claim is false in `swarm`; empty if it is true, or no safety claim."""
         if self.per_uav is not None:
             return [
-                broken._replace(uav=i)
-                for i in range(len(swarm.followed))
-                for broken in self.per_uav(swarm.of_uav(i))
+                broken._replace(uav=i) for i in range(len(swarm.followed)) for broken in self.per_uav(swarm.of_uav(i))
             ]
         return [] if self.whole is None else self.whole(swarm)
 
@@ -135,5 +133,3 @@ def select_claims(ids: Sequence[str] | None = None) -> tuple[Claim, ...]:
         if name not in known:
             raise BadInput(f"there is no claim {name!r}: choose among {', '.join(known)}")
     return tuple(claim for claim in CLAIMS if not ids or claim.id in ids)
-
-

@@ -25,9 +25,7 @@ def _recovery_entered(swarm: ObservedSwarm) -> bool:
 
 
 def _slot_conflict(swarm: ObservedSwarm) -> bool:
-    return any(
-        cu.transmits and answering is not None for cu, answering in zip(swarm.cus, swarm.answering, strict=True)
-    )
+    return any(cu.transmits and answering is not None for cu, answering in zip(swarm.cus, swarm.answering, strict=True))
 
 
 @dataclass(frozen=True)

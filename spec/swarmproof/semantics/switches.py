@@ -32,8 +32,7 @@ PRESETS: dict[str, dict[str, str]] = {
 ABOUT: dict[str, str] = {
     "deprecation": "which trackers become deprecated when some tracker holds several trajectories "
     "(Algorithm 2, lines 12-14, against the prose of Section 4.2.1)",
-    "rejoin": "whether a CU that donated its slot may re-enter RUN_DMPC in that very round "
-    "(Algorithm 1, line 9)",
+    "rejoin": "whether a CU that donated its slot may re-enter RUN_DMPC in that very round (Algorithm 1, line 9)",
     "slot_conflict": "what is heard when a CU and a replying UAV transmit in one slot (not in the paper)",
     "request_order": "which of several deprecated trackers is asked for first (Algorithm 1, line 26)",
     "event_trigger": "which UAV a CU plans: any, or Appendix A.1's round-robin with the consensus of eq. 11",
