@@ -1,0 +1,51 @@
+"""Records the matrix anew: `python -m swarmproof.verify.record > matrix.toml`. A person reads the difference."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+
+from swarmproof.semantics.switches import PRESETS, SWITCHES, Semantics
+from swarmproof.verify.matrix import Row, as_toml, run_matrix
+
+
+def configurations() -> Iterator[Row]:
+    """Yield what the matrix is about: every preset with every value of every switch at 2 x 2, and some other sizes."""
+    seen: set[tuple[int, int, Semantics]] = set()
+
+    def row(uavs: int, cus: int, preset: str, *overrides: str) -> Iterator[Row]:
+        semantics = Semantics.parse(preset, overrides)
+        if (uavs, cus, semantics) not in seen:
+            seen.add((uavs, cus, semantics))
+            yield Row(uavs, cus, preset, overrides, {})
+
+    for preset in PRESETS:
+        yield from row(2, 1, preset)
+    for preset in PRESETS:
+        yield from row(2, 2, preset)
+        for switch, values in SWITCHES.items():
+            for value in values:
+                if switch in ("initial", "loss_handling") and preset == "ignore-loss":
+                    continue
+                if switch == "loss_handling":
+                    continue
+                yield from row(2, 2, preset, f"{switch}={value}")
+    yield from row(3, 2, "guarded")
+    yield from row(3, 2, "prose", "slot_conflict=cu-wins")
+    yield from row(3, 2, "ignore-loss")
+    yield from row(2, 3, "guarded")
+
+
+def main() -> None:
+    """Verify every configuration and print the matrix."""
+    rows = list(configurations())
+
+    def tell(row_result: object) -> None:
+        print(".", end="", file=sys.stderr, flush=True)
+
+    for line in as_toml(run_matrix(rows, on_row=tell)):
+        print(line)
+
+
+if __name__ == "__main__":
+    main()
