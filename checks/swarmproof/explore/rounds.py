@@ -96,10 +96,23 @@ class _AirPlan(NamedTuple):
 
 
 class _View(NamedTuple):
-    """What one CU can see of a column."""
+    """What one CU can see of a column, in names of its own where ages do not matter."""
 
     tracker: InformationTracker
     followed: Trajectory
+
+
+def _own_names(tracker: InformationTracker, followed: Trajectory) -> dict[Trajectory, Trajectory]:
+    """Return names for a tracker's entries that do not depend on what other trackers hold.
+
+    Entries other than the followed trajectory are numbered; so a CU that sees the same is asked only once.
+    """
+    others = [t for t in tracker.trajectories if t != followed and t.metadata.round < CANONICAL_ROUND]
+    return {t: Trajectory(Metadata(number, 0)) for number, t in enumerate(others, start=1)}
+
+
+def _renamed(tracker: InformationTracker, names: dict[Trajectory, Trajectory]) -> InformationTracker:
+    return tracker._replace(trajectories=tuple(names.get(t, t) for t in tracker.trajectories))
 
 
 #: (number of the tracker for each UAV, number of the control, fewest losses)
@@ -374,9 +387,11 @@ class Rounds:
         """Return the table from CU w's new tracker of UAV i to the column that it makes of column `number`."""
         column = self.columns.values[number]
         at = self._column_at[i]
+        own = {} if self.ages_matter else _own_names(column.trackers[w], column.before)
+        column_names = {name: trajectory for trajectory, name in own.items()}
 
         def replaced(tracker_number: int) -> int:
-            tracker = self._trackers.values[tracker_number]
+            tracker = _renamed(self._trackers.values[tracker_number], column_names)
             if self.abstraction is Abstraction.ESSENTIAL:
                 tracker = forget(tracker, w, column.after, self.semantics)
             new = column._replace(trackers=(*column.trackers[:w], tracker, *column.trackers[w + 1 :]))
@@ -424,7 +439,9 @@ class Rounds:
 
     def _view(self, column_number: int, w: int) -> int:
         column = self.columns.values[column_number]
-        return self._views(_View(column.trackers[w], column.before))
+        tracker = column.trackers[w]
+        own = {} if self.ages_matter else _own_names(tracker, column.before)
+        return self._views(_View(_renamed(tracker, own), column.before))
 
     def _cu(self, w: int, control_number: int, views: Iterable[int]) -> ComputeUnit:
         control = self.controls.values[control_number]

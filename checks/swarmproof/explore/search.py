@@ -150,7 +150,8 @@ def _next_level(
             if on_progress is not None:
                 on_progress(Progress(states, last - chunk.stop + len(found), exploration.depth + 1, seconds))
             if limits.max_states is not None and states >= limits.max_states and found:
-                return found, f"the limit of {limits.max_states} states"
+                kept = sorted(found)[: max(limits.max_states - last, 0)]
+                return {key: found[key] for key in kept}, f"the limit of {limits.max_states} states"
             if states >= MOST_STATES:
                 return found, f"the engine's limit of {MOST_STATES} states"
             if limits.max_seconds is not None and seconds >= limits.max_seconds:

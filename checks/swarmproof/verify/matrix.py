@@ -89,9 +89,7 @@ def select_rows(rows: Sequence[Row], uavs: int | None, cus: int | None, preset: 
         BadInput: there are none.
     """
     selected = [
-        row
-        for row in rows
-        if uavs in (None, row.uavs) and cus in (None, row.cus) and preset in (None, row.preset)
+        row for row in rows if uavs in (None, row.uavs) and cus in (None, row.cus) and preset in (None, row.preset)
     ]
     if not selected:
         sizes = ", ".join(sorted({f"{row.uavs} x {row.cus}" for row in rows}))
@@ -116,7 +114,9 @@ def run_matrix(
     found: dict[str, RowResult] = {}
     with ProcessPoolExecutor(processes) as pool:
         # the longest first, so that no core is idle at the end
-        longest_first = sorted(rows, key=lambda row: (-row.uavs * row.cus, "event_trigger=round-robin" not in row.overrides))
+        longest_first = sorted(
+            rows, key=lambda row: (-row.uavs * row.cus, "event_trigger=round-robin" not in row.overrides)
+        )
         running: dict[Future[Result], Row] = {pool.submit(_run, row, limits or Limits()): row for row in longest_first}
         try:
             for future in as_completed(running):

@@ -1,0 +1,54 @@
+# Two commands matter: `make verify` and `make test`. Both set up .venv on first use.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_CONSTRAINT=$(CURDIR)/constraints.txt $(BIN)/python -m pip install --quiet
+# `make verify ARGS="--uavs 2 --cus 2"` verifies a part of the matrix
+ARGS ?=
+
+.PHONY: verify test deep lint wheel record clean
+
+verify: $(VENV)/.installed
+	$(BIN)/swarmproof verify --matrix --report out/verify $(ARGS)
+
+test: $(VENV)/.installed
+	$(BIN)/python -m pytest -m "not deep" $(ARGS)
+
+# exhaustive cross-checks of the engine against brute force; minutes
+deep: $(VENV)/.installed
+	$(BIN)/python -m pytest -m deep $(ARGS)
+
+lint: $(VENV)/.installed-dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+# build the wheel, install it elsewhere, and run what users run
+wheel: $(VENV)/.installed
+	rm -rf dist out/wheel
+	PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip wheel --quiet --no-deps --wheel-dir dist .
+	$(BIN)/python -m venv out/wheel 2>/dev/null || $(BIN)/python -m virtualenv --quiet out/wheel
+	PIP_DISABLE_PIP_VERSION_CHECK=1 out/wheel/bin/python -m pip install --quiet -c constraints.txt dist/swarmproof-*.whl
+	cd out && wheel/bin/swarmproof verify --semantics guarded --report wheel-report
+
+# record the matrix anew; read the difference before you commit it
+record: $(VENV)/.installed
+	$(BIN)/python -m swarmproof.verify.record > out-matrix.toml
+	mv out-matrix.toml checks/swarmproof/verify/matrix.toml
+
+# a Python without ensurepip gets its environment from virtualenv
+$(VENV)/bin/python:
+	$(PYTHON) -m venv $(VENV) 2>/dev/null || { rm -rf $(VENV) && \
+	  $(PYTHON) -m pip install --quiet --target .bootstrap virtualenv && \
+	  PYTHONPATH=.bootstrap $(PYTHON) -m virtualenv --quiet $(VENV); }
+
+$(VENV)/.installed: pyproject.toml constraints.txt | $(VENV)/bin/python
+	$(PIP) --editable .
+	touch $@
+
+$(VENV)/.installed-dev: $(VENV)/.installed
+	$(PIP) --editable '.[dev]'
+	touch $@
+
+clean:
+	rm -rf $(VENV) .bootstrap dist out .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -1,0 +1,30 @@
+"""`swarmproof claims`: what is claimed, where, and under which assumptions."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from swarmproof.claims.registry import CLAIMS
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to the subparsers `commands`."""
+    parser = commands.add_parser(
+        "claims", help="list the claims: wording, place in the paper, assumptions", allow_abbrev=False
+    )
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print the registry of claims and return the exit code 0."""
+    table = Table(title="Claims about mlr-dmpc (DMPC-Swarm, Algorithms 1 and 2)", show_lines=True, title_justify="left")
+    for heading in ("id", "claim", "place in the paper", "assumptions"):
+        table.add_column(heading, overflow="fold", no_wrap=heading == "id")
+    for claim in CLAIMS:
+        table.add_row(claim.id, claim.wording, claim.place, claim.assumptions)
+    Console().print(table)
+    return 0

@@ -1,0 +1,252 @@
+"""`swarmproof verify`: explore every message-loss pattern and decide each claim, for one scope or the matrix."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.status import Status
+from rich.table import Table
+
+from swarmproof.claims.registry import select_claims
+from swarmproof.explore.search import Limits
+from swarmproof.explore.search import Progress as SearchProgress
+from swarmproof.report.folder import claim_file, claim_folder, write_result
+from swarmproof.report.verdicts import as_json
+from swarmproof.semantics.switches import PRESETS, BadInput, Semantics
+from swarmproof.verify.decide import Decided, Result, Scope, Verdict, verify
+from swarmproof.verify.matrix import RowResult, load_matrix, run_matrix, select_rows
+
+VIOLATED, UNDECIDED = 1, 3
+_ABSTRACTED = (
+    "Every loss of (message, receiver) pairs is taken; trajectories are identities; of a deprecated tracker only what "
+    "can still matter is distinguished, which is exact."
+)
+_COLOURS = {
+    Verdict.HOLDS: "green",
+    Verdict.VIOLATED: "red",
+    Verdict.UNDECIDED: "yellow",
+    Verdict.NOT_APPLICABLE: "bright_black",
+}
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to the subparsers `commands`."""
+    parser = commands.add_parser(
+        "verify",
+        help="explore every message-loss pattern to a fixpoint and decide each claim",
+        description="Explore every message-loss pattern, over an unbounded number of rounds, and decide each claim.",
+        allow_abbrev=False,
+    )
+    parser.set_defaults(run=run)
+    parser.add_argument("--uavs", type=_number, metavar="N", help="number of UAVs (default 2)")
+    parser.add_argument("--cus", type=_number, metavar="M", help="number of compute units (default 2)")
+    parser.add_argument(
+        "--semantics", metavar="PRESET", help=f"how the paper is read: {', '.join(PRESETS)} (default printed)"
+    )
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="SWITCH=VALUE", help="change one switch of the preset"
+    )
+    parser.add_argument("--claim", action="append", default=[], metavar="ID", help="decide only this claim")
+    parser.add_argument("--json", metavar="FILE", help="write the verdicts as JSON; - for standard output")
+    parser.add_argument("--report", metavar="DIR", help="write pages and replayable traces into this folder")
+    parser.add_argument("--max-states", type=_number, metavar="K", help="stop after K states: undecided")
+    parser.add_argument("--max-seconds", type=_seconds, metavar="S", help="stop after S seconds: undecided")
+    parser.add_argument(
+        "--matrix",
+        action="store_true",
+        help="verify the recorded configurations and compare; --uavs, --cus, --semantics select among them",
+    )
+
+
+def _number(text: str) -> int:
+    try:
+        number = int(text)
+    except ValueError:
+        number = 0
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is no whole number of at least 1")
+    return number
+
+
+def _seconds(text: str) -> float:
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = 0.0
+    if not 0 < seconds < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r} is no positive number of seconds")
+    return seconds
+
+
+def run(options: argparse.Namespace) -> int:
+    """Verify as the options say, print and write what was found, and return the exit code.
+
+    Raises:
+        BadInput: an option cannot be; a sentence says which and what would be right.
+    """
+    console = Console(stderr=options.json == "-", highlight=False)
+    limits = Limits(options.max_states, options.max_seconds)
+    if options.matrix:
+        return _run_matrix(options, console, limits)
+    semantics = Semantics.parse(options.semantics or "printed", options.set)
+    scope = Scope(options.uavs or 2, options.cus or 2, semantics)
+    claims = select_claims(options.claim)
+    folder = _claim_outputs(options)
+    with _status() as status:
+
+        def tell(progress: SearchProgress) -> None:
+            status.update(_progress_line(progress))
+
+        result = verify(scope, claims, limits, tell)
+    traces = {} if folder is None else write_result(folder, result)
+    _write_json(options.json, as_json(result, traces))
+    _print_result(console, result)
+    if folder is not None:
+        console.print(f"Report: {escape(str(folder / 'index.html'))}", soft_wrap=True)
+    elif any(decided.trace is not None and decided.verdict is Verdict.VIOLATED for decided in result.claims):
+        console.print("`--report DIR` writes a page and a replayable trace for each counterexample.")
+    return _exit_code(result.claims)
+
+
+def _progress_line(progress: SearchProgress) -> str:
+    return (
+        f"round {progress.depth}: {progress.states:,} states, frontier {progress.frontier:,}, "
+        f"{progress.seconds:.0f} s (Ctrl-C stops and keeps what was found)"
+    )
+
+
+def _claim_outputs(options: argparse.Namespace) -> Path | None:
+    """Make sure that what is to be written can be, and return the report's folder, if there is one."""
+    if options.json not in (None, "-"):
+        claim_file(Path(options.json))
+    return None if options.report is None else claim_folder(Path(options.report))
+
+
+def _exit_code(claims: Iterable[Decided]) -> int:
+    verdicts = {decided.verdict for decided in claims}
+    if Verdict.VIOLATED in verdicts:
+        return VIOLATED
+    return UNDECIDED if Verdict.UNDECIDED in verdicts else 0
+
+
+def _status() -> Status:
+    return Status("exploring", console=Console(stderr=True))
+
+
+def _write_json(target: str | None, document: bytes) -> None:
+    if target == "-":
+        sys.stdout.write(document.decode())
+    elif target is not None:
+        Path(target).write_bytes(document)
+
+
+def _print_result(console: Console, result: Result) -> None:
+    scope = result.scope
+    console.print(f"[bold]mlr-dmpc, {scope.uavs} UAVs, {scope.cus} CUs, semantics {scope.semantics.name()}[/bold]")
+    switches = " ".join(f"{name}={value}" for name, value in scope.semantics.as_dict().items())
+    console.print(f"  {switches}", style="bright_black")
+    table = Table(show_header=True, box=None, padding=(0, 2))
+    table.add_column("claim", min_width=max(len(decided.claim.id) for decided in result.claims))
+    table.add_column("verdict", min_width=len(Verdict.NOT_APPLICABLE))
+    table.add_column("shown by", overflow="fold")
+    for decided in result.claims:
+        table.add_row(decided.claim.id, f"[{_COLOURS[decided.verdict]}]{decided.verdict}[/]", _shown_by(decided))
+    console.print(table)
+    if result.fixpoint:
+        extent = f"Fixpoint: all {result.states:,} reachable states seen, the farthest after {result.depth} rounds"
+    else:
+        extent = (
+            f"No fixpoint: stopped early ({result.stopped}) after {result.states:,} states, in round {result.depth}"
+        )
+    console.print(f"{extent} ({result.seconds:.1f} s). {_ABSTRACTED}")
+    seen = [witness.wording for witness in result.witnesses if witness.trace is not None]
+    never = [witness.wording for witness in result.witnesses if witness.trace is None]
+    console.print(f"Seen: {'; '.join(seen) or 'nothing'}.")
+    if never:
+        console.print(f"{'Never' if result.fixpoint else 'Not yet'} seen: {'; '.join(never)}.")
+
+
+def _shown_by(decided: Decided) -> str:
+    if decided.worst_rounds is not None:
+        return f"at most {decided.worst_rounds} loss-free rounds"
+    if decided.rounds is None:
+        return decided.why
+    losses = f"{decided.lost_messages} lost"
+    if decided.avoidable is None:
+        return f"{decided.rounds} rounds, {losses}"
+    return f"loop after {decided.rounds} rounds, {losses}, {'avoidable' if decided.avoidable else 'inevitable'}"
+
+
+# --- the matrix ------------------------------------------------------------------------------------------------------
+
+
+def _run_matrix(options: argparse.Namespace, console: Console, limits: Limits) -> int:
+    from swarmproof.report.matrix import matrix_json, write_matrix
+
+    for option in ("set", "claim"):
+        if getattr(options, option):
+            raise BadInput(f"--{option} does not go with --matrix, which verifies all claims as recorded")
+    rows = select_rows(load_matrix(), options.uavs, options.cus, options.semantics)
+    folder = _claim_outputs(options)
+    bar = Progress(
+        TextColumn("configurations"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TextColumn("{task.description}"),
+        console=Console(stderr=True),
+        transient=True,
+    )
+    with bar:
+        task = bar.add_task("", total=len(rows))
+
+        def tell(row_result: RowResult) -> None:
+            bar.update(task, advance=1, description=row_result.row.name)
+
+        results = run_matrix(rows, limits, processes=os.cpu_count() or 1, on_row=tell)
+    _print_matrix(console, results)
+    changed = [one for one in results if one.changes]
+    for one in changed:
+        for change in one.changes:
+            console.print(f"[red]changed[/red] {one.row.name}: {change}")
+    undecided = len(rows) - len(results) + sum(1 for one in results if one.undecided)
+    console.print(
+        f"{len(results)} of {len(rows)} configurations verified: {len(changed)} with a changed verdict, "
+        f"{undecided} undecided."
+    )
+    if folder is not None:
+        write_matrix(folder, results)
+    _write_json(options.json, matrix_json(results))
+    if folder is not None:
+        console.print(f"Report: {escape(str(folder / 'index.html'))}", soft_wrap=True)
+    if changed:
+        return VIOLATED
+    return UNDECIDED if undecided else 0
+
+
+def _print_matrix(console: Console, results: list[RowResult]) -> None:
+    table = Table(box=None, padding=(0, 2), title="Verdicts (rounds of the shortest run that shows them)")
+    table.add_column("configuration", overflow="fold")
+    claims = results[0].result.claims if results else ()
+    for decided in claims:
+        table.add_column(decided.claim.id, overflow="fold")
+    table.add_column("states", justify="right")
+    table.add_column("seconds", justify="right")
+    for one in results:
+        cells = [f"[{_COLOURS[decided.verdict]}]{_cell(decided)}[/]" for decided in one.result.claims]
+        table.add_row(one.row.name, *cells, f"{one.result.states:,}", f"{one.result.seconds:.1f}")
+    console.print(table)
+
+
+def _cell(decided: Decided) -> str:
+    number = decided.worst_rounds if decided.rounds is None else decided.rounds
+    word = "-" if decided.verdict is Verdict.NOT_APPLICABLE else str(decided.verdict)
+    return word if number is None else f"{word} {number}"

@@ -1,0 +1,54 @@
+"""The matrix as a report: one table over all configurations, and a folder with pages and traces for each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import msgspec
+
+from swarmproof.claims.registry import CLAIMS
+from swarmproof.report.folder import write_result
+from swarmproof.report.page import template
+from swarmproof.report.verdicts import as_json
+from swarmproof.verify.matrix import RowResult, in_short
+
+SCHEMA = "swarmproof.matrix/1"
+
+
+class MatrixJson(msgspec.Struct):
+    """All configurations with their verdicts, and which of these changed."""
+
+    schema: str
+    configurations: list[msgspec.Raw]
+    changed: dict[str, list[str]]
+
+
+def matrix_json(results: Sequence[RowResult]) -> bytes:
+    """Return the matrix as an indented JSON document: the verdicts of each configuration, and the changes."""
+    document = MatrixJson(
+        SCHEMA,
+        [msgspec.Raw(as_json(one.result, {})) for one in results],
+        {one.row.name: one.changes for one in results if one.changes},
+    )
+    return msgspec.json.format(msgspec.json.encode(document), indent=2) + b"\n"
+
+
+def matrix_page(results: Sequence[RowResult]) -> str:
+    """Return the page that compares all configurations; it links to a folder for each, named as the configuration."""
+    return template("matrix.html.j2").render(
+        claims=CLAIMS,
+        results=results,
+        in_short=in_short,
+        changed=sum(1 for one in results if one.changes),
+    )
+
+
+def write_matrix(folder: Path, results: Sequence[RowResult]) -> None:
+    """Write the matrix, and for each configuration a folder with its pages and traces."""
+    for one in results:
+        own = folder / one.row.name
+        own.mkdir(parents=True, exist_ok=True)
+        write_result(own, one.result)
+    (folder / "matrix.json").write_bytes(matrix_json(results))
+    (folder / "index.html").write_text(matrix_page(results), encoding="utf-8")

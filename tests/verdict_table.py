@@ -1,0 +1,31 @@
+"""Renders the recorded matrix as the table of docs/semantics.md: `python tests/verdict_table.py` prints it."""
+
+from __future__ import annotations
+
+from swarmproof.claims.registry import CLAIMS
+from swarmproof.verify.matrix import load_matrix
+
+_SHORT = {"not-applicable": "–", "holds": "✓", "undecided": "?"}
+
+
+def _cell(expected: str) -> str:
+    if expected in _SHORT:
+        return _SHORT[expected]
+    return expected.replace("holds within", "✓ ≤").replace("holds in", "✓ in").replace("violated in", "✗")
+
+
+def render() -> str:
+    """Return the table: one row per configuration, with lengths in rounds and least losses."""
+    lines = [
+        "| N × M | semantics | " + " | ".join(f"`{claim.id}`" for claim in CLAIMS) + " |",
+        "| --- " * (len(CLAIMS) + 2) + "|",
+    ]
+    for row in load_matrix():
+        name = " ".join([f"`{row.preset}`", *(f"`{one}`" for one in row.overrides)])
+        cells = " | ".join(_cell(row.expected[claim.id]) for claim in CLAIMS)
+        lines.append(f"| {row.uavs} × {row.cus} | {name} | {cells} |")
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    print(render())
