@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from enum import Enum
+from math import lcm
 from typing import NamedTuple
 
 from swarmproof.mlr.algorithm1 import ComputeUnit
@@ -38,8 +39,10 @@ class Column(NamedTuple):
     trackers: tuple[InformationTracker, ...]
 
 
-#: The round of canonical swarms (plus k mod M): above every canonical name's round.
-CANONICAL_ROUND = 1 << 20
+#: The most CUs that can be explored.
+MOST_CUS = 8
+#: The round of canonical swarms (plus k mod M): above every canonical name's round, and 0 modulo every possible M.
+CANONICAL_ROUND = 1000 * lcm(*range(1, MOST_CUS + 1))
 #: The round of fillers, which stand for trajectories that nobody follows and whose age nobody asks for.
 _FILLER_ROUND = -2
 

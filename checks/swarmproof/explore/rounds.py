@@ -5,14 +5,12 @@ independently, so each step can be taken for each intermediate swarm on its own,
 become equal are merged before the next step. What a receiver can come to is computed by the readable model
 (:mod:`swarmproof.mlr`), once per distinct local situation, by running through all its loss patterns; the tables here
 only remember it.
-
-A swarm is packed into one Python int, its *key*; `docs/exploration.md` has the layout.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable
-from typing import Generic, NamedTuple, TypeVar
+from collections.abc import Iterable
+from typing import NamedTuple
 
 from swarmproof.explore.identities import (
     CANONICAL_ROUND,
@@ -20,71 +18,29 @@ from swarmproof.explore.identities import (
     Column,
     canonical_column,
     canonical_columns_with_ages,
-    canonical_swarm,
     forget,
 )
+from swarmproof.explore.keys import (
+    AIR_BITS,
+    COLUMN_BITS,
+    CONTROL_BITS,
+    PHASE_BITS,
+    Control,
+    Numbering,
+    PackedSwarms,
+    Table,
+)
 from swarmproof.mlr import algorithm1
-from swarmproof.mlr.algorithm1 import ComputeUnit, CuState
+from swarmproof.mlr.algorithm1 import ComputeUnit
 from swarmproof.mlr.algorithm2 import InformationTracker
 from swarmproof.mlr.messages import CuMessage, Metadata, Trajectory, TrajectoryMessage, UavMessage
 from swarmproof.mlr.network import Air, Slot, cu_receptions, uav_receptions
-from swarmproof.mlr.swarm import Swarm, initial_swarm
 from swarmproof.mlr.uav import Uav, adopt, offers
 from swarmproof.semantics.switches import Semantics
 
-T = TypeVar("T", bound=Hashable)
-
-COLUMN_BITS = 20
-CONTROL_BITS = 10
-PHASE_BITS = 4
-AIR_BITS = 24
 #: Values of a frontier: the losses of the cheapest way here, above the index of the swarm that it comes from.
 PARENT_BITS = 32
 PARENT_MASK = (1 << PARENT_BITS) - 1
-
-
-class TooLarge(RuntimeError):
-    """A field of the packed key overflowed: the configuration is beyond what this engine explores."""
-
-
-class Numbering(Generic[T]):
-    """Numbers distinct values in order of appearance."""
-
-    def __init__(self, bits: int) -> None:
-        self.values: list[T] = []
-        self._numbers: dict[T, int] = {}
-        self._limit = 1 << bits
-
-    def __call__(self, value: T) -> int:
-        """Return the number of `value`, a new one if it is new."""
-        number = self._numbers.get(value)
-        if number is None:
-            number = len(self.values)
-            if number >= self._limit:
-                raise TooLarge(f"more than {self._limit} distinct {type(value).__name__} values")
-            self._numbers[value] = number
-            self.values.append(value)
-        return number
-
-
-class _Table(dict[int, int]):
-    """A dict that computes what is missing."""
-
-    def __init__(self, compute: Callable[[int], int]) -> None:
-        super().__init__()
-        self._compute = compute
-
-    def __missing__(self, key: int) -> int:
-        value = self[key] = self._compute(key)
-        return value
-
-
-class Control(NamedTuple):
-    """What a CU knows besides its trackers."""
-
-    state: CuState
-    next_request: int
-    a_et: tuple[int, ...] | None
 
 
 class _AirPlan(NamedTuple):
@@ -121,92 +77,28 @@ _PLACEHOLDER = Trajectory(Metadata(-9, -9))
 Frontier = dict[int, int]
 
 
-class Rounds:
+class Rounds(PackedSwarms):
     """The successor relation on packed swarms, for one number of UAVs and CUs under one semantics."""
 
     def __init__(
         self, uavs: int, cus: int, semantics: Semantics, abstraction: Abstraction = Abstraction.ESSENTIAL
     ) -> None:
-        self.uavs, self.cus, self.semantics, self.abstraction = uavs, cus, semantics, abstraction
+        super().__init__(uavs, cus, semantics, abstraction)
         self.ages_matter = semantics.event_trigger == "round-robin"
-        self.columns: Numbering[Column] = Numbering(COLUMN_BITS)
-        self.controls: Numbering[Control] = Numbering(CONTROL_BITS)
+        self.steps = 0
         self._airs: Numbering[_AirPlan] = Numbering(AIR_BITS)
         self._views: Numbering[_View] = Numbering(32)
         self._trackers: Numbering[InformationTracker] = Numbering(32)
-        # the layout of a key, lowest field first: columns, controls, asked-by masks, phase, air, tag
-        self._column_at = [COLUMN_BITS * i for i in range(uavs)]
-        at = COLUMN_BITS * uavs
-        self._control_at = [at + CONTROL_BITS * w for w in range(cus)]
-        at += CONTROL_BITS * cus
-        self._asked_at = [at + cus * i for i in range(uavs)]
-        self._asked_from = at
-        at += cus * uavs
-        self._phase_at = at
-        at += PHASE_BITS
-        self.key_bits = at
-        self._air_at = at
-        self.tag_at = at + AIR_BITS
-        self.columns_mask = (1 << COLUMN_BITS * uavs) - 1
-        self._rest_mask = ((1 << self.key_bits) - 1) ^ self.columns_mask
         # what the readable model answered, by local situation
         self._options: dict[tuple[int, ...], int] = {}
         self._option_sets: Numbering[tuple[tuple[int | None, bool, CuMessage | None, int], ...]] = Numbering(32)
         self._joint: dict[tuple[int, ...], list[tuple[int, int]]] = {}
         self._uav_outcomes: dict[tuple[int, int], list[tuple[Trajectory | None, int, int]]] = {}
         self._cu_outcomes: list[dict[tuple[int, ...], list[_CuOutcome]]] = [{} for _ in range(cus)]
-        self._view_of = [_Table(lambda c, w=w: self._view(c, w)) for w in range(cus)]  # type: ignore[misc]
-        self._after_cu: list[list[dict[int, _Table]]] = [[{} for _ in range(uavs)] for _ in range(cus)]
-        self._finished = [_Table(lambda c, i=i: self._finish_column(c) << self._column_at[i]) for i in range(uavs)]  # type: ignore[misc]
+        self._view_of = [Table(lambda c, w=w: self._view(c, w)) for w in range(cus)]  # type: ignore[misc]
+        self._after_cu: list[list[dict[int, Table]]] = [[{} for _ in range(uavs)] for _ in range(cus)]
+        self._finished = [Table(lambda c, i=i: self._finish_column(c) << self._column_at[i]) for i in range(uavs)]  # type: ignore[misc]
         self._finished_with_ages: dict[int, int] = {}
-        self.steps = 0
-
-    # --- packing -----------------------------------------------------------------------------------------------
-
-    def pack(self, swarm: Swarm) -> int:
-        """Return the key of the canonical representative of `swarm`."""
-        swarm = canonical_swarm(swarm, self.semantics, self.abstraction)
-        key = (swarm.k - CANONICAL_ROUND) << self._phase_at
-        for i, uav in enumerate(swarm.uavs):
-            column = Column(uav.followed, uav.followed, tuple(cu.trackers[i] for cu in swarm.cus))
-            key |= self.columns(column) << self._column_at[i]
-            key |= sum(1 << w for w in uav.asked_by) << self._asked_at[i]
-        for w, cu in enumerate(swarm.cus):
-            key |= self.controls(Control(cu.state, cu.next_request, cu.a_et)) << self._control_at[w]
-        return key
-
-    def unpack(self, key: int) -> Swarm:
-        """Return the canonical swarm with this key."""
-        columns = [self.columns.values[number] for number in self.column_numbers(key)]
-        controls = [self.controls.values[number] for number in self.control_numbers(key)]
-        return Swarm(
-            CANONICAL_ROUND + self._phase(key),
-            tuple(Uav(i, column.after, self._asked_by(key, i)) for i, column in enumerate(columns)),
-            tuple(
-                ComputeUnit(w, c.state, tuple(col.trackers[w] for col in columns), c.next_request, c.a_et)
-                for w, c in enumerate(controls)
-            ),
-        )
-
-    def initial_key(self) -> int:
-        """Return the key of the swarm in the first computation phase."""
-        return self.pack(initial_swarm(self.uavs, self.cus, self.semantics))
-
-    def column_numbers(self, key: int) -> tuple[int, ...]:
-        """Return the number of each UAV's column."""
-        return tuple(key >> at & (1 << COLUMN_BITS) - 1 for at in self._column_at)
-
-    def control_numbers(self, key: int) -> tuple[int, ...]:
-        """Return the number of each CU's control."""
-        return tuple(key >> at & (1 << CONTROL_BITS) - 1 for at in self._control_at)
-
-    def _phase(self, key: int) -> int:
-        return key >> self._phase_at & (1 << PHASE_BITS) - 1
-
-    def _asked_by(self, key: int, i: int) -> frozenset[int]:
-        return frozenset(w for w in range(self.cus) if key >> self._asked_at[i] + w & 1)
-
-    # --- the round ---------------------------------------------------------------------------------------------
 
     def run(self, frontier: Frontier, lossless: bool = False) -> Frontier:
         """Return the swarms one round later, each with the cheapest value with which it is reached.
@@ -383,7 +275,7 @@ class Rounds:
             for after, losses in fewest.items()
         ]
 
-    def _tracker_row(self, w: int, i: int, number: int) -> _Table:
+    def _tracker_row(self, w: int, i: int, number: int) -> Table:
         """Return the table from CU w's new tracker of UAV i to the column that it makes of column `number`."""
         column = self.columns.values[number]
         at = self._column_at[i]
@@ -397,7 +289,7 @@ class Rounds:
             new = column._replace(trackers=(*column.trackers[:w], tracker, *column.trackers[w + 1 :]))
             return self.columns(new if self.ages_matter else self._canonical(new, during_round=True)) << at
 
-        return _Table(replaced)
+        return Table(replaced)
 
     def _finish(self, frontier: Frontier) -> Frontier:
         """The round is over: names of this round become names like others, what was on the air is forgotten."""

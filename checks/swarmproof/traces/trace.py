@@ -213,6 +213,8 @@ def _names(trajectories: Sequence[Trajectory]) -> str:
 def _check_shows(replayed: Replay) -> None:
     """Raise BadInput unless the run shows what its trace says."""
     trace, claim = replayed.trace, replayed.claim
+    if claim is not None and not claim.applies_to(replayed.semantics):
+        raise BadInput(f"the trace is about {claim.id}, which cannot be asked under {replayed.semantics.name()}")
     if trace.loop_start is not None:
         if claim is None or claim.kind is not Kind.RECOVERY:
             raise BadInput(f"the trace has a loop, but {trace.shows!r} is no claim about loops")

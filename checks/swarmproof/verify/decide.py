@@ -8,7 +8,7 @@ from enum import StrEnum
 
 from swarmproof.claims.registry import CLAIMS, Claim, Kind
 from swarmproof.claims.witnesses import RECOVERY_LEFT, WITNESSES
-from swarmproof.explore.identities import Abstraction
+from swarmproof.explore.identities import MOST_CUS, Abstraction
 from swarmproof.explore.recovery import decide_recovery
 from swarmproof.explore.rounds import Rounds
 from swarmproof.explore.search import Exploration, Limits, Progress, explore
@@ -20,7 +20,7 @@ from swarmproof.traces.trace import Trace, record
 from swarmproof.verify.watch import Watch
 
 #: Beyond these the search space is out of reach, and the packed keys are not made for it.
-MOST_UAVS, MOST_CUS = 8, 8
+MOST_UAVS = 8
 
 
 class Verdict(StrEnum):
