@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
+from functools import cache
+from itertools import product
 
 from hypothesis import strategies as st
 from hypothesis.vendor.pretty import RepresentationPrinter
@@ -166,6 +168,7 @@ def _adopt(uav: Uav, got: Reception, preferred: Mapping[int, int]) -> Trajectory
     return next(iter(wished or offered), None)
 
 
+@cache
 def stretches(uavs: int, cus: int, semantics: Semantics) -> st.SearchStrategy[Stretch]:
     """Draw a stretch: some rounds without any loss, and one in which often nothing, or little, or much is lost."""
     conflicts = semantics.slot_conflict == "either"
@@ -215,30 +218,40 @@ def runs(
     """
     if uavs < 1 or cus < 1 or max_rounds < 0:
         raise BadInput(f"{uavs} UAVs and {cus} CUs have no runs of {max_rounds} rounds: choose at least 1, 1 and 0")
-    return _runs(uavs, cus, semantics, max_rounds, max_stretches)
+    drawn = st.lists(stretches(uavs, cus, semantics), max_size=max_stretches)
+    return _performed(drawn, uavs, cus, semantics, max_rounds)
 
 
 @st.composite
-def _runs(
-    draw: st.DrawFn, uavs: int, cus: int, semantics: Semantics, max_rounds: int, max_stretches: int
-) -> Run:  # a composite, since Hypothesis prints what others are made of
-    chosen = draw(st.lists(stretches(uavs, cus, semantics), max_size=max_stretches))
-    return perform(uavs, cus, semantics, chosen, max_rounds)
+def _performed(
+    draw: st.DrawFn,
+    drawn: st.SearchStrategy[list[Stretch]],
+    uavs: int,
+    cus: int,
+    semantics: Semantics,
+    max_rounds: int,
+) -> Run:
+    """Do what `drawn.map(perform)` does, without Hypothesis' printing all that went into a run."""
+    return perform(uavs, cus, semantics, draw(drawn), max_rounds)
 
 
 def readings(fixed: Mapping[str, str] | None = None) -> st.SearchStrategy[Semantics]:
-    """Draw semantics whose switches have any values but where `fixed`; simplest are the defaults.
+    """Draw semantics in which the switches of `fixed` have these values, and the others any; the defaults come first.
 
     Raises:
-        BadInput: there is no such switch, or no such value (when the strategy is built or first drawn from).
+        BadInput: there is no such switch or value, or these values exclude each other.
     """
     fixed = dict(fixed or {})
-    Semantics.from_values(fixed | ({"initial": "known"} if fixed.get("loss_handling") == "ignore" else {}))
-    switches = {name: st.just(fixed[name]) if name in fixed else st.sampled_from(SWITCHES[name]) for name in SWITCHES}
-    possible = st.fixed_dictionaries(switches).filter(
-        lambda values: values["loss_handling"] != "ignore" or values["initial"] == "known"
-    )
-    return possible.map(Semantics.from_values)
+    values = [(fixed[name],) if name in fixed else SWITCHES[name] for name in SWITCHES]
+    possible = []
+    for chosen in product(*values):
+        try:
+            possible.append(Semantics.from_values(dict(zip(SWITCHES, chosen, strict=True)) | fixed))
+        except BadInput as excluded:
+            reason = excluded
+    if not possible:
+        raise reason
+    return st.sampled_from(possible)
 
 
 def runs_of_any_size(

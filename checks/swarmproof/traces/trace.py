@@ -149,9 +149,10 @@ def load(path: Path) -> Trace:
     try:
         trace = msgspec.json.decode(data, type=Trace)
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise BadInput(f"{path} is no trace ({error}); give one that `verify --report` wrote") from None
+        reason = "".join(c if c.isprintable() else "?" for c in str(error))  # it may quote what the file says
+        raise BadInput(f"{path} is no trace ({reason}); give one that `verify --report` wrote") from None
     if trace.schema != SCHEMA or trace.system != SYSTEM:
-        raise BadInput(f"{path} is a {trace.schema} of {trace.system}; this version reads {SCHEMA} of {SYSTEM}")
+        raise BadInput(f"{path} is a {trace.schema!r} of {trace.system!r}; this version reads {SCHEMA} of {SYSTEM}")
     return trace
 
 
