@@ -1,0 +1,47 @@
+"""Plants a bug into the model: one line of one of its modules is replaced while a test runs."""
+
+from __future__ import annotations
+
+import inspect
+import sys
+from dataclasses import dataclass
+from types import FunctionType, ModuleType
+
+import pytest
+
+
+@dataclass(frozen=True)
+class Edit:
+    """One line of a module, and what stands there instead (an empty text: nothing)."""
+
+    module: ModuleType
+    old: str
+    new: str
+
+    def mutated_source(self) -> str:
+        """Return the module's source with the line replaced; AssertionError unless it occurs exactly once."""
+        assert "\n" not in self.old + self.new, "one line is replaced by one line"
+        source = inspect.getsource(self.module)
+        found = source.count(self.old)
+        assert found == 1, f"{self.module.__name__} has {found} times {self.old!r}"
+        return source.replace(self.old, self.new or "pass")
+
+
+def plant(edit: Edit, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Give the module's functions the code that they have with the line replaced.
+
+    The functions stay the same objects, with the same globals: whoever has imported them, by name or through their
+    module, runs the mutated code, and there is still only one class of every name.
+    """
+    mutated = ModuleType(f"{edit.module.__name__}, mutated")
+    monkeypatch.setitem(sys.modules, mutated.__name__, mutated)  # dataclasses look their module up
+    exec(compile(edit.mutated_source(), mutated.__name__, "exec"), mutated.__dict__)
+    changed = 0
+    for name, function in list(vars(edit.module).items()):
+        if not isinstance(function, FunctionType) or function.__module__ != edit.module.__name__:
+            continue
+        code = vars(mutated)[name].__code__
+        if code != function.__code__:
+            monkeypatch.setattr(function, "__code__", code)
+            changed += 1
+    assert changed, "the edit changes no function of the module"
