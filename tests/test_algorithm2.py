@@ -45,7 +45,7 @@ def updated(
     """Run Algorithm 2 of two CUs; `heard` is the trajectory of which each UAV's metadata was received."""
     messages = {i: UavMessage(trajectory.metadata) for i, trajectory in heard.items()}
     slots = QUIET if cu_messages is None else cu_messages
-    return list(update_information_trackers(messages, slots, trackers, 2, semantics))
+    return list(update_information_trackers(messages, slots, trackers, 2, semantics).trackers)
 
 
 def test_a_match_reduces_the_tracker_to_the_matching_trajectory() -> None:

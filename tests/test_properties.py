@@ -19,7 +19,7 @@ from swarmproof.explore.rounds import Rounds
 from swarmproof.explore.search import Exploration, explore
 from swarmproof.fuzz.runs import Breach, Run, check_run, readings, run_property, runs, runs_of_any_size
 from swarmproof.mlr import algorithm1
-from swarmproof.mlr.algorithm2 import InformationTracker, update_information_trackers
+from swarmproof.mlr.algorithm2 import InformationTracker, Update, update_information_trackers
 from swarmproof.mlr.messages import CuMessage, UavMessage
 from swarmproof.semantics.switches import BadInput, Semantics
 from swarmproof.traces.trace import Trace, replay
@@ -203,7 +203,7 @@ def _without_lines_17_and_18(
     trackers: Sequence[InformationTracker],
     cus: int,
     semantics: Semantics,
-) -> tuple[InformationTracker, ...]:
+) -> Update:
     del cus  # as many as were received is always enough
     return update_information_trackers(uav_messages, cu_messages, trackers, len(cu_messages), semantics)
 

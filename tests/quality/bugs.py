@@ -52,8 +52,8 @@ def _all_of(rounds: int, lost: int) -> dict[str, Caught]:
 
 _LINE_4 = "for trajectory in trackers[i].trajectories:"
 _LINE_5 = "if trajectory.metadata == uav_message.metadata:"
-_LINE_13 = "deprecated = [old or new for old, new in zip(deprecated, several, strict=True)]"
-_LINE_17 = "if len(cu_messages) != cus:"
+_LINE_13 = "deprecated = [old or new for old, new in zip(deprecated, marked, strict=True)]"
+_LINE_17 = "incomplete = len(cu_messages) != cus"
 _LINE_18 = "deprecated = [True] * len(d)  # line 18"
 _LINE_22 = "d[message.uav] = _union(d[message.uav], message.trajectory)"
 _LINE_9 = "if not any(tracker.deprecated for tracker in trackers) and may_rejoin:"
@@ -130,7 +130,7 @@ CAUGHT: tuple[Bug, ...] = (
     ),
     Bug(
         "line 13: marks all trackers, as printed",
-        _algorithm_2('if semantics.deprecation == "one":', "if False:"),
+        _algorithm_2('if semantics.deprecation == "all":', "if True:"),
         13285,
         {"recovery": (12, 3)},
     ),
@@ -143,7 +143,7 @@ CAUGHT: tuple[Bug, ...] = (
     ),
     Bug(
         "line 17: > instead of the inequality",
-        _algorithm_2(_LINE_17, "if len(cu_messages) > cus:"),
+        _algorithm_2(_LINE_17, "incomplete = len(cu_messages) > cus"),
         41579,
         _all_of(9, 1),
         worst_rounds=10,
@@ -151,7 +151,7 @@ CAUGHT: tuple[Bug, ...] = (
     ),
     Bug(
         "line 17: tolerates one missing message",
-        _algorithm_2(_LINE_17, "if len(cu_messages) < cus - 1:"),
+        _algorithm_2(_LINE_17, "incomplete = len(cu_messages) < cus - 1"),
         65548,
         _all_of(9, 1),
         worst_rounds=10,
@@ -159,7 +159,7 @@ CAUGHT: tuple[Bug, ...] = (
     ),
     Bug(
         "line 17: does not count the CU's own message",
-        _algorithm_2(_LINE_17, "if len(cu_messages) != cus - 1:"),
+        _algorithm_2(_LINE_17, "incomplete = len(cu_messages) != cus - 1"),
         69257,
         {"lemma-1": (9, 3), "lemma-2": (9, 4), "plans-from-truth": (9, 3), "recovery": (2, 0)},
         slow=True,
@@ -175,8 +175,8 @@ CAUGHT: tuple[Bug, ...] = (
     Bug(
         "lines 20-24: reads the CU's own message only",
         _algorithm_1(
-            "trackers = update_information_trackers(inbox.uav_messages, inbox.cu_messages,",
-            "trackers = update_information_trackers(inbox.uav_messages, "
+            "updated = update_information_trackers(inbox.uav_messages, inbox.cu_messages,",
+            "updated = update_information_trackers(inbox.uav_messages, "
             "{slot: m if slot == cu.w else EmptyMessage() for slot, m in inbox.cu_messages.items()},",
         ),
         39684,
@@ -292,7 +292,7 @@ CAUGHT: tuple[Bug, ...] = (
     Bug(
         "A_ET(k): the position does not depend on the CU",
         Edit(event_trigger, _POSITION, "position = k % cus"),
-        6311,
+        6294,
         {"one-planner-per-uav": (8, 0)},
         worst_rounds=9,
         overrides=("event_trigger=round-robin",),
@@ -301,7 +301,7 @@ CAUGHT: tuple[Bug, ...] = (
     Bug(
         "eq. 11: a CU believes its own priorities only",
         _algorithm_1("prio_consensus(inbox.cu_messages.values())", "prio_consensus([inbox.cu_messages[cu.w]])"),
-        8361,
+        8333,
         {"one-planner-per-uav": (12, 2)},
         worst_rounds=9,
         overrides=("event_trigger=round-robin",),
@@ -333,14 +333,14 @@ HARMLESS: tuple[Bug, ...] = (
         _algorithm_2(
             _LINE_13,
             "deprecated = [o or (n and i not in uav_messages) "
-            "for i, (o, n) in enumerate(zip(deprecated, several, strict=True))]",
+            "for i, (o, n) in enumerate(zip(deprecated, marked, strict=True))]",
         ),
         BASE_STATES,
         worst_rounds=9,
     ),
     Bug(
         "line 17: < instead of the inequality (there are never more than M messages)",
-        _algorithm_2(_LINE_17, "if len(cu_messages) < cus:"),
+        _algorithm_2(_LINE_17, "incomplete = len(cu_messages) < cus"),
         BASE_STATES,
         worst_rounds=9,
         slow=True,

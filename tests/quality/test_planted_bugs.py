@@ -118,7 +118,7 @@ def test_names_of_bugs_are_unique() -> None:
 
 def test_planting_reaches_every_importer(monkeypatch: pytest.MonkeyPatch) -> None:
     """A planted line is run by modules that imported the function by name, and is gone after the test."""
-    edit = Edit(algorithm2, "return _replace_contents(cu_messages, trackers)", "return ()")
+    edit = Edit(algorithm2, "return _replace_contents(cu_messages, trackers)", "return _replace_contents({}, ())")
     semantics = Semantics.parse("ignore-loss")
     cu = algorithm1.initial(0, 2, 1, semantics)
     inbox = algorithm1.Inbox({}, {})

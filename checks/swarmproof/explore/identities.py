@@ -7,7 +7,7 @@ of it holds. `docs/abstraction.md` argues that each :class:`Abstraction` is exac
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from enum import Enum
 from math import lcm
 from typing import NamedTuple
@@ -77,10 +77,13 @@ def _holders(column: Column) -> dict[Trajectory, int]:
     return masks
 
 
-def _rename(column: Column, names: dict[Trajectory, Trajectory], keep_order: bool) -> Column:
+def _rename(column: Column, names: dict[Trajectory, Trajectory], keep_first: bool) -> Column:
+    """Rename what has a name and drop the rest; entries are sorted, but for the first one if `keep_first`."""
+
     def renamed(tracker: InformationTracker) -> InformationTracker:
-        entries: Iterable[Trajectory] = (names[t] for t in tracker.trajectories if t in names)
-        return InformationTracker(tuple(entries if keep_order else sorted(entries)), tracker.deprecated)
+        entries = [names[t] for t in tracker.trajectories if t in names]
+        kept = 1 if keep_first else 0
+        return InformationTracker((*entries[:kept], *sorted(entries[kept:])), tracker.deprecated)
 
     return Column(names[column.before], names[column.after], tuple(renamed(t) for t in column.trackers))
 
@@ -109,39 +112,50 @@ def canonical_column(column: Column, abstraction: Abstraction, during_round: boo
         others = _capped(others, masks)
     names = {t: t for t in fixed} | {column.before: Trajectory(Metadata(0, 0))}
     names |= {t: Trajectory(Metadata(number, 0)) for number, t in enumerate(others, start=1)}
-    return _rename(column, names, keep_order=False)
+    return _rename(column, names, keep_first=False)
 
 
 def canonical_columns_with_ages(columns: Sequence[Column], abstraction: Abstraction) -> tuple[Column, ...]:
-    """Rename all columns' trajectories together, keeping the order of their calculation rounds (round-robin)."""
-    all_masks = [_holders(column) for column in columns]
-    for column, masks in zip(columns, all_masks, strict=True):
-        masks.setdefault(column.after, 0)
-    rounds = sorted({t.metadata.round for masks in all_masks for t in masks if t.metadata.round > _FILLER_ROUND})
+    """Rename all columns' trajectories together, keeping the order of their calculation rounds (round-robin).
+
+    Of a tracker's order only the first entry is kept: no other's age is asked for (Appendix A.1), and what is left of a
+    tracker after a match is one entry.
+    """
+    by_age = [_by_age(column, abstraction) for column in columns]
+    rounds = sorted({t.metadata.round for names in by_age for t in names if t.metadata.round > _FILLER_ROUND})
     rank = {round_: number for number, round_ in enumerate(rounds)}
     renamed = []
-    for column, masks in zip(columns, all_masks, strict=True):
+    for column, trajectories in zip(columns, by_age, strict=True):
         names: dict[Trajectory, Trajectory] = {}
-        of_round: dict[int, int] = {}
-        ordered = sorted(masks, key=lambda t: (t.metadata.round, t != column.after, -masks[t], t))
-        if abstraction is Abstraction.COUNTED:
-            ordered = _capped_with_ages(ordered, masks, column)
-        for t in ordered:
+        of_rank: dict[int, int] = {}
+        for t in trajectories:
             if t.metadata.round <= _FILLER_ROUND:
                 names[t] = t
                 continue
             age = rank[t.metadata.round]
-            names[t] = Trajectory(Metadata(age, of_round.get(age, 0)))
-            of_round[age] = of_round.get(age, 0) + 1
-        renamed.append(_rename(column, names, keep_order=True))
+            names[t] = Trajectory(Metadata(age, of_rank.get(age, 0)))
+            of_rank[age] = of_rank.get(age, 0) + 1
+        renamed.append(_rename(column, names, keep_first=True))
     return tuple(renamed)
 
 
-def _capped_with_ages(names: list[Trajectory], masks: dict[Trajectory, int], column: Column) -> list[Trajectory]:
-    """As :func:`_capped`, where what is first in some tracker, or followed, must stay."""
-    firsts = {tracker.trajectories[0] for tracker in column.trackers if tracker.trajectories} | {column.after}
-    free = set(_capped([t for t in names if t not in firsts], masks))
-    return [t for t in names if t in firsts or t in free]
+def _by_age(column: Column, abstraction: Abstraction) -> list[Trajectory]:
+    """Return a column's trajectories, oldest first; those of one round in an order that no renaming changes.
+
+    Under COUNTED, interchangeable ones are capped, but what is first in some tracker, or followed, must stay.
+    """
+    masks = _holders(column)
+    masks.setdefault(column.after, 0)
+    first_in: dict[Trajectory, int] = {}
+    for w, tracker in enumerate(column.trackers):
+        for t in tracker.trajectories[:1]:
+            first_in[t] = first_in.get(t, 0) | 1 << w
+    ordered = sorted(masks, key=lambda t: (t.metadata.round, t != column.after, masks[t], first_in.get(t, 0)))
+    if abstraction is not Abstraction.COUNTED:
+        return ordered
+    free = [t for t in ordered if t not in first_in and t != column.after]
+    dropped = set(free) - set(_capped(free, masks))
+    return [t for t in ordered if t not in dropped]
 
 
 def canonical_swarm(swarm: Swarm, semantics: Semantics, abstraction: Abstraction) -> Swarm:

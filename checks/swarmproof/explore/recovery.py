@@ -1,8 +1,8 @@
 """Decides the recovery claim on a finished exploration: what happens once nothing is lost any more.
 
 In the graph of loss-free rounds, *settled* is the largest set of swarms in which all CUs run and that no loss-free
-round leaves. Recovery holds if and only if no loss-free cycle lies outside of it; then the longest loss-free way
-outside of it is the worst number of rounds.
+round leaves. Recovery is violated if and only if there is a loss-free cycle along which some CU does not run at some
+point. If no cycle at all lies outside of *settled*, the longest loss-free way outside is the worst number of rounds.
 """
 
 from __future__ import annotations
@@ -27,7 +27,8 @@ class Recovery:
     """What was found about recovery.
 
     Attributes:
-        worst_rounds: where it holds, the most loss-free rounds until all CUs run for good.
+        worst_rounds: where it holds, the most loss-free rounds until all CUs run for good; None if there is no bound,
+            since all CUs may run as long as the remaining choices like, leave once more, and then settle.
         lasso: where it does not, indices of swarms: a shortest way from the start to the loop and once around it. If
             some failures are inevitable, it is a shortest one of these.
         loop_start: the position in `lasso` where the loop begins.
@@ -42,7 +43,7 @@ class Recovery:
     @property
     def holds(self) -> bool:
         """Whether the swarm always recovers."""
-        return self.worst_rounds is not None
+        return not self.lasso
 
 
 @dataclass(frozen=True)
@@ -110,6 +111,8 @@ def decide_recovery(exploration: Exploration) -> Recovery:
     inevitable = ~can_settle
     component = _components(forward, cyclic)
     on_cycle = _on_bad_cycle(forward, cyclic, component, running)
+    if not on_cycle.any():
+        return Recovery(None)
     if (on_cycle & inevitable).any():
         on_cycle &= inevitable  # show the failure that no choices avoid
     start, loop = _shortest_lasso(exploration, forward, component, on_cycle, running)

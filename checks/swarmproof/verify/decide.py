@@ -56,7 +56,7 @@ class Decided:
         why: what the verdict rests on, in words.
         rounds: the length of the shortest trace that shows it; of a lasso, up to the start of its loop.
         lost_messages: the losses in that trace.
-        worst_rounds: of a recovery that holds, the most loss-free rounds that it takes.
+        worst_rounds: of a recovery that holds, the most loss-free rounds that it takes; None if there is no bound.
         avoidable: of a recovery that does not hold, whether some choices recover from every reachable state.
         trace: the trace.
     """
@@ -162,7 +162,9 @@ def _decide_recovery(claim: Claim, scope: Scope, exploration: Exploration) -> De
         return Decided(claim, Verdict.UNDECIDED, f"the exploration stopped early: {exploration.stopped}")
     recovery = decide_recovery(exploration)
     if recovery.holds:
-        why = "no loss-free round leads in a circle in which some CU does not run"
+        why = "no loss-free cycle has a state in which some CU does not run"
+        if recovery.worst_rounds is None:
+            why += "; there is no bound, since the choices can put off the last recovery"
         return Decided(claim, Verdict.HOLDS, why, worst_rounds=recovery.worst_rounds)
     start = recovery.loop_start
     path = [exploration.keys[n] for n in recovery.lasso]

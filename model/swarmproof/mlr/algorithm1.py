@@ -78,7 +78,8 @@ def initial(w: int, uavs: int, cus: int, semantics: Semantics) -> ComputeUnit:
 def update(cu: ComputeUnit, inbox: Inbox, cus: int, semantics: Semantics) -> ComputeUnit:
     """Return CU w after lines 8-11 and 14 of the next round, having received `inbox` in this one."""
     uavs = len(cu.trackers)
-    trackers = update_information_trackers(inbox.uav_messages, inbox.cu_messages, cu.trackers, cus, semantics)  # line 8
+    updated = update_information_trackers(inbox.uav_messages, inbox.cu_messages, cu.trackers, cus, semantics)  # line 8
+    trackers = updated.trackers
     state = cu.state
     may_rejoin = semantics.rejoin == "any-state" or state != CuState.WAIT_FOR_UPDATE
     if not any(tracker.deprecated for tracker in trackers) and may_rejoin:

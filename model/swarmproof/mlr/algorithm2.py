@@ -19,14 +19,32 @@ class InformationTracker(NamedTuple):
     deprecated: bool
 
 
+class Update(NamedTuple):
+    """One run of Algorithm 2: its result, and what led to it, for those who tell the story.
+
+    Attributes:
+        trackers: D_iw(k) for i = 0 ... N-1.
+        matched: by UAV, the entry that its metadata matched (lines 5-7).
+        several: by UAV, whether its intermediate tracker holds several entries (line 12).
+        marked: by UAV, whether line 13 marks its tracker deprecated.
+        incomplete: whether line 18 marks all of them.
+    """
+
+    trackers: tuple[InformationTracker, ...]
+    matched: Mapping[int, Trajectory]
+    several: Sequence[bool]
+    marked: Sequence[bool]
+    incomplete: bool
+
+
 def update_information_trackers(
     uav_messages: Mapping[int, UavMessage],
     cu_messages: Mapping[int, CuMessage],
     trackers: Sequence[InformationTracker],
     cus: int,
     semantics: Semantics,
-) -> tuple[InformationTracker, ...]:
-    """Return D_w(k) from D_w(k-1) and the messages received in round k-1 (Algorithm 2).
+) -> Update:
+    """Return D_w(k), and how it came to that, from D_w(k-1) and the messages received in round k-1 (Algorithm 2).
 
     Args:
         uav_messages: by UAV, what was received of it.
@@ -39,35 +57,38 @@ def update_information_trackers(
         return _replace_contents(cu_messages, trackers)
     d = [list(tracker.trajectories) for tracker in trackers]  # line 2
     deprecated = [tracker.deprecated for tracker in trackers]
+    matched = {}
     for i, uav_message in uav_messages.items():  # line 3
         for trajectory in trackers[i].trajectories:  # line 4
             if trajectory.metadata == uav_message.metadata:  # line 5
                 d[i] = [trajectory]  # line 6
                 deprecated[i] = False  # line 7
+                matched[i] = trajectory
                 break  # line 8
     several = [len(d_i) > 1 for d_i in d]  # line 12
-    if semantics.deprecation == "one":
-        deprecated = [old or new for old, new in zip(deprecated, several, strict=True)]  # line 13, as in 4.2.1
-    elif any(several):
-        deprecated = [True] * len(d)  # line 13, as printed
-    if len(cu_messages) != cus:  # line 17
+    marked = several
+    if semantics.deprecation == "all":
+        marked = [any(several)] * len(d)
+    deprecated = [old or new for old, new in zip(deprecated, marked, strict=True)]  # line 13
+    incomplete = len(cu_messages) != cus  # line 17
+    if incomplete:
         deprecated = [True] * len(d)  # line 18
     for _slot, message in sorted(cu_messages.items()):  # line 20
         if isinstance(message, TrajectoryMessage):  # line 21
             d[message.uav] = _union(d[message.uav], message.trajectory)  # line 22
-    return tuple(InformationTracker(tuple(d_i), flag) for d_i, flag in zip(d, deprecated, strict=True))  # line 25
+    updated = tuple(InformationTracker(tuple(d_i), flag) for d_i, flag in zip(d, deprecated, strict=True))
+    return Update(updated, matched, several, marked, incomplete)  # line 25
 
 
 def _union(entries: list[Trajectory], new: Trajectory) -> list[Trajectory]:
     return entries if new in entries else [*entries, new]
 
 
-def _replace_contents(
-    cu_messages: Mapping[int, CuMessage], trackers: Sequence[InformationTracker]
-) -> tuple[InformationTracker, ...]:
+def _replace_contents(cu_messages: Mapping[int, CuMessage], trackers: Sequence[InformationTracker]) -> Update:
     """The older DMPC (`loss_handling=ignore`): what is received is believed, nothing is ever deprecated."""
     updated = list(trackers)
     for _slot, message in sorted(cu_messages.items()):
         if isinstance(message, TrajectoryMessage):
             updated[message.uav] = InformationTracker((message.trajectory,), deprecated=False)
-    return tuple(updated)
+    nothing = [False] * len(updated)
+    return Update(tuple(updated), {}, nothing, nothing, incomplete=False)

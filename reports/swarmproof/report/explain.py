@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from swarmproof.mlr.algorithm2 import InformationTracker
-from swarmproof.mlr.messages import CuMessage, Trajectory, TrajectoryMessage, UavMessage
+from swarmproof.mlr.algorithm2 import update_information_trackers
+from swarmproof.mlr.messages import Trajectory, TrajectoryMessage
 from swarmproof.mlr.network import Reception
 from swarmproof.report import names
-from swarmproof.semantics.switches import Semantics
 from swarmproof.traces.trace import Replay
 
 
 @dataclass(frozen=True)
-class Update:
-    """One run of Algorithm 2, taken apart.
+class Explained:
+    """One update of one CU, as the model ran it, with what it received.
 
     Attributes:
         matched: by UAV, the entry that its metadata message matched (lines 3-7).
@@ -42,43 +41,25 @@ class Update:
         return self.all_marked or i in self.marked or (before and i not in self.matched)
 
 
-def explain(
-    trackers: Sequence[InformationTracker],
-    uav_messages: Mapping[int, UavMessage],
-    cu_messages: Mapping[int, CuMessage],
-    cus: int,
-    semantics: Semantics,
-) -> Update:
-    """Take apart how Algorithm 2 gets from D_w(k-1) and the messages of round k-1 to D_w(k)."""
-    added = {slot: m for slot, m in sorted(cu_messages.items()) if isinstance(m, TrajectoryMessage)}
-    if semantics.loss_handling == "ignore":
-        return Update({}, (), (), (), frozenset(), len(cu_messages), False, added)
-    matched = {
-        i: entry
-        for i, message in uav_messages.items()
-        for entry in trackers[i].trajectories
-        if entry.metadata == message.metadata
-    }
-    every = range(len(trackers))
-    several = tuple(i for i in every if i not in matched and len(trackers[i].trajectories) > 1)
-    marked = frozenset(several if semantics.deprecation == "one" else every) if several else frozenset[int]()
-    return Update(
-        matched,
-        tuple(i for i in uav_messages if i not in matched),
-        tuple(i for i in every if i not in uav_messages),
-        several,
-        marked,
-        len(cu_messages),
-        len(cu_messages) != cus,
-        added,
-    )
-
-
-def explain_in(replayed: Replay, w: int, k: int) -> Update:
-    """Take apart the update of CU w at the start of round k (k > 0)."""
+def explain_in(replayed: Replay, w: int, k: int) -> Explained:
+    """Explain the update of CU w at the start of round k (k > 0), from what Algorithm 2 itself recorded."""
     inbox = replayed.events[k - 1].at_cus[w].inbox
     trackers = replayed.swarms[k - 1].cus[w].trackers
-    return explain(trackers, inbox.uav_messages, inbox.cu_messages, replayed.trace.cus, replayed.semantics)
+    update = update_information_trackers(
+        inbox.uav_messages, inbox.cu_messages, trackers, replayed.trace.cus, replayed.semantics
+    )
+    metadata_matters = replayed.semantics.loss_handling == "recover"
+    every = range(len(trackers)) if metadata_matters else ()
+    return Explained(
+        update.matched,
+        tuple(i for i in every if i in inbox.uav_messages and i not in update.matched),
+        tuple(i for i in every if i not in inbox.uav_messages),
+        tuple(i for i in every if update.several[i]),
+        frozenset(i for i in every if update.marked[i]),
+        len(inbox.cu_messages),
+        update.incomplete,
+        {slot: m for slot, m in sorted(inbox.cu_messages.items()) if isinstance(m, TrajectoryMessage)},
+    )
 
 
 def slot_at(replayed: Replay, k: int, slot: int, got: Reception, uav: int | None = None) -> str:

@@ -10,7 +10,7 @@ from swarmproof.mlr.messages import HOVERING, Trajectory, TrajectoryMessage, Tra
 from swarmproof.mlr.swarm import compute
 from swarmproof.mlr.uav import offers
 from swarmproof.report import names
-from swarmproof.report.explain import Update, explain_in, slot_at
+from swarmproof.report.explain import Explained, explain_in, slot_at
 from swarmproof.traces.trace import Replay
 
 
@@ -86,7 +86,7 @@ def _missing(replayed: Replay, w: int, k: int) -> list[tuple[int, str]]:
     ]
 
 
-def _matching(w: int, before: ComputeUnit, update: Update) -> list[Sentence]:
+def _matching(w: int, before: ComputeUnit, update: Explained) -> list[Sentence]:
     """Tell lines 3-11: which trackers are reduced, and which flags cleared for the moment."""
     me, sentences = names.cu(w), []
     for i, entry in update.matched.items():
@@ -110,7 +110,7 @@ def _matching(w: int, before: ComputeUnit, update: Update) -> list[Sentence]:
     return sentences
 
 
-def _marking(replayed: Replay, w: int, k: int, update: Update, before: ComputeUnit) -> list[Sentence]:
+def _marking(replayed: Replay, w: int, k: int, update: Explained, before: ComputeUnit) -> list[Sentence]:
     """Tell lines 12-14 and 17-19: which trackers become deprecated."""
     me, sentences = names.cu(w), []
     if update.several:
@@ -129,7 +129,7 @@ def _marking(replayed: Replay, w: int, k: int, update: Update, before: ComputeUn
     return sentences
 
 
-def _additions(replayed: Replay, w: int, k: int, update: Update, before: ComputeUnit) -> list[Sentence]:
+def _additions(replayed: Replay, w: int, k: int, update: Explained, before: ComputeUnit) -> list[Sentence]:
     """Tell lines 20-24: which trajectories are new in which tracker, and where they came from."""
     sources: dict[tuple[int, Trajectory], list[str]] = {}
     for slot, message in update.added.items():
