@@ -5,6 +5,7 @@ A known flaw of a paper is an expected *violated*; what must not pass unnoticed 
 
 from __future__ import annotations
 
+import multiprocessing
 import tomllib
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
@@ -126,6 +127,8 @@ def run_matrix(
                     on_row(row_result)
         except KeyboardInterrupt:
             pool.shutdown(wait=False, cancel_futures=True)
+            for worker in multiprocessing.active_children():  # what a worker has begun, nobody waits for any more
+                worker.terminate()
     return [found[row.name] for row in rows if row.name in found]
 
 

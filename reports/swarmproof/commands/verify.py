@@ -233,20 +233,34 @@ def _run_matrix(options: argparse.Namespace, console: Console, limits: Limits) -
 
 
 def _print_matrix(console: Console, results: list[RowResult]) -> None:
-    table = Table(box=None, padding=(0, 2), title="Verdicts (rounds of the shortest run that shows them)")
-    table.add_column("configuration", overflow="fold")
-    claims = results[0].result.claims if results else ()
-    for decided in claims:
-        table.add_column(decided.claim.id, overflow="fold")
-    table.add_column("states", justify="right")
-    table.add_column("seconds", justify="right")
+    """Print a line per configuration; columns are headed by the claims' initials to fit a narrow terminal."""
+    if not results:
+        return
+    claims = [decided.claim.id for decided in results[0].result.claims]
+    initials = ["".join(part[0] for part in name.split("-")) for name in claims]
+    table = Table(box=None, padding=(0, 1))
+    table.add_column("UAVs x CUs, semantics", no_wrap=True)
+    for heading in initials:
+        table.add_column(heading, no_wrap=True)
+    table.add_column("states", justify="right", no_wrap=True)
     for one in results:
+        row = one.row
         cells = [f"[{_COLOURS[decided.verdict]}]{_cell(decided)}[/]" for decided in one.result.claims]
-        table.add_row(one.row.name, *cells, f"{one.result.states:,}", f"{one.result.seconds:.1f}")
+        name = " ".join(
+            [f"{row.uavs}x{row.cus} {row.preset}", *(override.split("_")[-1] for override in row.overrides)]
+        )
+        table.add_row(name, *cells, f"{one.result.states:,}")
     console.print(table)
+    legend = ", ".join(f"{short} {name}" for short, name in zip(initials, claims, strict=True))
+    console.print(
+        f"{legend}. ✓ holds, ✗ violated, ? undecided, - not applicable. A number is the rounds of the shortest run "
+        "that shows it; where recovery holds, the most loss-free rounds that it takes."
+    )
+
+
+_SIGNS = {Verdict.HOLDS: "✓", Verdict.VIOLATED: "✗", Verdict.UNDECIDED: "?", Verdict.NOT_APPLICABLE: "-"}
 
 
 def _cell(decided: Decided) -> str:
     number = decided.worst_rounds if decided.rounds is None else decided.rounds
-    word = "-" if decided.verdict is Verdict.NOT_APPLICABLE else str(decided.verdict)
-    return word if number is None else f"{word} {number}"
+    return _SIGNS[decided.verdict] if number is None else f"{_SIGNS[decided.verdict]}{number}"
