@@ -117,6 +117,18 @@ def test_report_and_replay(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
         assert main(["replay", str(path)]) == 0
 
 
+def test_report_has_nothing_of_an_earlier_one(tmp_path: Path) -> None:
+    """A report written over another one has only its own pages and traces; a file of the user's stays."""
+    mine = tmp_path / "notes.html"
+    mine.write_text("mine")
+    main([*VIOLATED, "--report", str(tmp_path)])
+    assert (tmp_path / "lemma-1.html").exists()
+    main([*HOLDS, "--report", str(tmp_path)])
+    assert not (tmp_path / "lemma-1.html").exists()
+    assert not (tmp_path / "lemma-1.trace.json").exists()
+    assert mine.read_text() == "mine"
+
+
 def test_replay_says_what_is_broken(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The replay of a counterexample names the claim, the tracker that breaks it and the trajectories."""
     main([*VIOLATED, "--report", str(tmp_path)])

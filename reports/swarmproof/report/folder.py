@@ -5,6 +5,7 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
+from swarmproof.claims.registry import CLAIMS
 from swarmproof.report.page import counterexample_page, overview_page
 from swarmproof.report.verdicts import as_json
 from swarmproof.semantics.switches import BadInput
@@ -42,11 +43,21 @@ def claim_file(path: Path) -> Path:
     return path
 
 
+def _forget_earlier(folder: Path) -> None:
+    """Remove the pages and traces of an earlier verification, which may have had other counterexamples."""
+    for claim in CLAIMS:
+        for suffix in (".html", ".trace.json"):
+            (folder / f"{claim.id}{suffix}").unlink(missing_ok=True)
+    for trace in folder.glob("witness-*.trace.json"):
+        trace.unlink()
+
+
 def write_result(folder: Path, result: Result) -> dict[str, str]:
     """Write pages, traces and verdicts of `result`, and return the path of the trace of each claim that has one.
 
     Every trace is replayed on the readable model before its page is drawn.
     """
+    _forget_earlier(folder)
     traces: dict[str, str] = {}
     pages: dict[str, str] = {}
     for decided in result.claims:
