@@ -1,0 +1,71 @@
+"""The commands in docs/findings.md show what the findings say."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from swarmproof.cli import main
+
+#: The command of each finding, with what it prints of the claim that the finding is about, and its exit code.
+SHOWN = {
+    "swarmproof verify --uavs 3 --cus 2 --claim lemma-1": (1, "lemma-1 violated 12 rounds, 0 lost"),
+    "swarmproof verify --uavs 3 --cus 2 --semantics guarded": (0, "recovery holds at most 13 loss-free rounds"),
+    "swarmproof verify --uavs 3 --cus 2 --claim recovery": (
+        1,
+        "recovery violated loop after 14 rounds, 4 lost, inevitable",
+    ),
+    "swarmproof verify --uavs 3 --cus 2 --semantics prose --claim recovery": (
+        0,
+        "recovery holds at most 19 loss-free rounds",
+    ),
+    "swarmproof verify --uavs 3 --cus 2 --set event_trigger=round-robin --claim same-selection --max-states 250000": (
+        1,
+        "same-selection violated 12 rounds, 0 lost",
+    ),
+    "swarmproof verify --set event_trigger=round-robin --claim one-planner-per-uav": (
+        1,
+        "one-planner-per-uav violated 11 rounds, 3 lost",
+    ),
+    "swarmproof verify --uavs 6 --cus 1 --semantics guarded": (0, "recovery holds at most 25 loss-free rounds"),
+    "swarmproof verify --claim lemma-2 --report out/lemma-2": (1, "lemma-2 violated 8 rounds, 0 lost"),
+    "swarmproof verify --semantics ignore-loss": (1, "lemma-1 violated 1 rounds, 1 lost"),
+    "swarmproof verify --uavs 1 --cus 2": (1, "lemma-2 violated 4 rounds, 0 lost"),
+}
+QUICK = [command for command in SHOWN if "--uavs 3" not in command or "guarded" in command]
+
+
+def check(command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Give the command in an empty folder, and compare its exit code and its line on the claim."""
+    code, line = SHOWN[command]
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+    assert main(shlex.split(command)[1:]) == code
+    printed = [" ".join(one.split()) for one in capsys.readouterr().out.splitlines()]
+    assert line in printed
+
+
+def test_every_command_of_the_findings_is_checked() -> None:
+    """The table above has exactly the commands that stand in docs/findings.md."""
+    text = (Path(__file__).parent.parent / "docs" / "findings.md").read_text()
+    assert set(re.findall(r"`(swarmproof [^`]+)`", text)) == set(SHOWN)
+
+
+@pytest.mark.parametrize("command", QUICK)
+def test_command_shows_the_finding(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The finding's command prints the verdict and the length that the finding speaks of."""
+    check(command, tmp_path, monkeypatch, capsys)
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("command", [command for command in SHOWN if command not in QUICK])
+def test_long_command_shows_the_finding(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The same for the commands that take longer."""
+    check(command, tmp_path, monkeypatch, capsys)
