@@ -12,6 +12,7 @@ import pytest
 from swarmproof.cli import main
 from swarmproof.commands import verify as verify_command
 from swarmproof.explore import search
+from swarmproof.verify import decide
 
 HOLDS = ["verify", "--semantics", "guarded", "--uavs", "2", "--cus", "1"]
 VIOLATED = ["verify", "--semantics", "ignore-loss"]
@@ -172,6 +173,26 @@ def test_interrupt_keeps_what_was_found(capsys: pytest.CaptureFixture[str], monk
     assert code == 1
     assert (claims["lemma-1"]["verdict"], claims["lemma-1"]["rounds"]) == ("violated", 8)
     assert claims["recovery"]["verdict"] == "undecided"
+
+
+def test_interrupt_while_deciding_keeps_the_other_verdicts(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Ctrl-C while a claim is decided leaves that claim undecided (or violated without a trace), and no other."""
+
+    def interrupt(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(decide, "decide_recovery", interrupt)
+    code, document = verdicts(capsys, *HOLDS)
+    verdict_of = {name: claim["verdict"] for name, claim in by_id(document).items()}
+    assert code == 3
+    assert (verdict_of["lemma-1"], verdict_of["recovery"], verdict_of["can-plan"]) == ("holds", "undecided", "holds")
+    monkeypatch.setattr(decide, "follow", interrupt)
+    code, document = verdicts(capsys, *VIOLATED)
+    assert code == 1
+    lemma_1 = by_id(document)["lemma-1"]
+    assert (lemma_1["verdict"], lemma_1["rounds"], lemma_1["lost_messages"]) == ("violated", 1, 1)
 
 
 @pytest.mark.parametrize(

@@ -109,14 +109,34 @@ def verify(
     claims: Sequence[Claim] = CLAIMS,
     limits: Limits | None = None,
     on_progress: Callable[[Progress], None] | None = None,
+    on_phase: Callable[[str], None] = lambda _: None,
 ) -> Result:
-    """Explore every loss pattern and decide `claims`."""
+    """Explore every loss pattern and decide `claims`.
+
+    Args:
+        scope: what the verdicts are to be about.
+        claims: what to decide.
+        limits: when to stop exploring.
+        on_progress: called as the exploration goes on.
+        on_phase: called with what is done after it, in words.
+
+    An interrupt (KeyboardInterrupt) ends what is being done: the exploration, or the decision of one claim, which is
+    then undecided. What was found before is returned.
+    """
     rounds = Rounds(scope.uavs, scope.cus, scope.semantics, scope.abstraction)
     applicable = [claim for claim in claims if claim.applies_to(scope.semantics)]
     watch = Watch(rounds, applicable)
     exploration = explore(rounds, limits=limits, on_level=watch, on_progress=on_progress)
     transitions = rounds.steps
-    decided = tuple(_decide(claim, scope, exploration, watch) for claim in claims)
+    decided = []
+    for claim in claims:
+        on_phase(f"deciding {claim.id}")
+        decided.append(_decide_unless_interrupted(claim, scope, exploration, watch))
+    on_phase("retelling the witnesses of non-vacuity")
+    try:
+        witnesses = _witnesses(scope, exploration, watch)
+    except KeyboardInterrupt:
+        witnesses = ()
     return Result(
         scope,
         exploration.stopped,
@@ -124,9 +144,21 @@ def verify(
         transitions,
         exploration.depth,
         exploration.seconds,
-        decided,
-        _witnesses(scope, exploration, watch),
+        tuple(decided),
+        witnesses,
     )
+
+
+def _decide_unless_interrupted(claim: Claim, scope: Scope, exploration: Exploration, watch: Watch) -> Decided:
+    try:
+        return _decide(claim, scope, exploration, watch)
+    except KeyboardInterrupt:
+        index = watch.first.get(claim.id)
+        if claim.kind is Kind.SAFETY and index is not None:
+            why = "a shortest run breaks it; it was not written down, since that was interrupted"
+            depth = exploration.depth_of(index)
+            return Decided(claim, Verdict.VIOLATED, why, depth, exploration.losses[index])
+        return Decided(claim, Verdict.UNDECIDED, "its decision was interrupted")
 
 
 def _decide(claim: Claim, scope: Scope, exploration: Exploration, watch: Watch) -> Decided:

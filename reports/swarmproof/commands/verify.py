@@ -105,7 +105,7 @@ def run(options: argparse.Namespace) -> int:
         def tell(progress: SearchProgress) -> None:
             status.update(_progress_line(progress))
 
-        result = verify(scope, claims, limits, tell)
+        result = verify(scope, claims, limits, tell, status.update)
     traces = {} if folder is None else write_result(folder, result)
     _write_json(options.json, as_json(result, traces))
     _print_result(console, result)
@@ -169,7 +169,8 @@ def _print_result(console: Console, result: Result) -> None:
     console.print(f"{extent} ({result.seconds:.1f} s). {_ABSTRACTED}")
     seen = [witness.wording for witness in result.witnesses if witness.trace is not None]
     never = [witness.wording for witness in result.witnesses if witness.trace is None]
-    console.print(f"Seen: {'; '.join(seen) or 'nothing'}.")
+    if seen:
+        console.print(f"Seen: {'; '.join(seen)}.")
     if never:
         console.print(f"{'Never' if result.fixpoint else 'Not yet'} seen: {'; '.join(never)}.")
 
