@@ -1,0 +1,179 @@
+"""Δd_min,cont as an interval: search, proof, exact check, and the certificate that carries them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from swarmproof.margin.ascent import Ascent, Candidate
+from swarmproof.margin.certificate import certificate, read_witness
+from swarmproof.margin.check import check
+from swarmproof.margin.extremes import Extremes, extremes
+from swarmproof.margin.problem import Problem
+from swarmproof.margin.prove import Blocked, Budget, Cell, WindowProver
+from swarmproof.margin.witness import Witness, exact_witness
+from swarmproof.theorem3.parameters import Parameters, Reading
+
+#: Widths of the interval (relative to d̂_min) that are tried one after the other, until one fails.
+WIDTHS = (Fraction(1, 100), Fraction(1, 10**4), Fraction(1, 10**5), Fraction(1, 10**6))
+#: Widths for where even the first one fails.
+WIDE = (Fraction(1, 10), Fraction(1, 3))
+#: Cells of τ that one attempt may look at.
+MOST_CELLS = 2000
+#: Improvements of the witness during one attempt.
+MOST_IMPROVEMENTS = 30
+
+Say = Callable[[str], None]
+#: Per window the dip (m) that was proved to be an upper bound, and the proof.
+Proofs = dict[int, tuple[Fraction, list[Cell]]]
+
+
+@dataclass(frozen=True)
+class Margin:
+    """Δd_min,cont is between `lower` and `upper` (m, exact), for the problem's reading; the exact checker agreed.
+
+    `witness` is the pair behind *lower*, None where that is 0; `certificate` proves both, as JSON objects.
+    """
+
+    problem: Problem
+    lower: Fraction
+    upper: Fraction
+    witness: Witness | None
+    certificate: dict[str, Any]
+
+
+class Solver:
+    """Searches one problem: witnesses from below, proofs from above."""
+
+    def __init__(self, problem: Problem, say: Say = lambda message: None) -> None:
+        self.problem, self._say = problem, say
+        distinct = list(dict.fromkeys(problem.axes))
+        self._kinds = tuple(distinct.index(bounds) for bounds in problem.axes)
+        self._by_kind: list[Extremes] = [extremes(problem, self._kinds.index(k)) for k in range(len(distinct))]
+        self._ascents: dict[int, Ascent] = {}
+        self.witness: Witness | None = None
+
+    @property
+    def lower(self) -> Fraction:
+        """Return the largest exact dip found so far, m."""
+        return self.witness.dip if self.witness else Fraction(0)
+
+    def search(self) -> None:
+        """Look for a witness in every window."""
+        for window in self.problem.windows:
+            self._say(f"searching window {window + 1} of {len(self.problem.windows)}")
+            for candidate in self._ascent(window).from_scratch():
+                self._take(candidate)
+            if self.lower == self.problem.parameters.d_hat_min:
+                return
+
+    def above(self, width: Fraction) -> Callable[[], Fraction]:
+        """Return what gives the dip that is `width`·d̂_min above the largest one found so far, with ten decimals."""
+        return lambda: _rounded_up(self.lower + width * self.problem.parameters.d_hat_min)
+
+    def _ascent(self, window: int) -> Ascent:
+        if window not in self._ascents:
+            self._ascents[window] = Ascent(self.problem, self._by_kind, self._kinds, window)
+        return self._ascents[window]
+
+    def _take(self, candidate: Candidate) -> bool:
+        """Keep the candidate if it is exactly feasible and better; say whether it is."""
+        if candidate.dip <= float(self.lower) + 1e-13:
+            return False
+        witness = exact_witness(self.problem, candidate)
+        if witness is None or witness.dip <= self.lower:
+            return False
+        self.witness = witness
+        return True
+
+    def prove(self, upper: Callable[[], Fraction], done: Proofs, before: Proofs | None = None) -> bool:
+        """Prove that no dip exceeds `upper()` (m), which may grow as better witnesses are found; say whether it worked.
+
+        `done` receives what was proved per window, and keeps what is still good; `before` are weaker proofs to go on
+        from. It fails as soon as a witness is found that exceeds an upper bound that does not grow.
+        """
+        budget, improvements = Budget(MOST_CELLS), 0
+        for window in self.problem.windows:
+            prover = WindowProver(self.problem, self._by_kind, self._kinds, window)
+            while window not in done or done[window][0] > upper():
+                goal = upper()
+                self._say(f"proving dip ≤ {float(goal):.7f} m, window {window + 1} of {len(self.problem.windows)}")
+                earlier, start = self.lower, before[window][1] if before and window in before else ()
+
+                def refuted(blocked: Blocked, here: int = window, goal: Fraction = goal) -> bool:
+                    ascent = self._ascent(here)
+                    candidate = ascent.from_corner(blocked, float(goal))
+                    return candidate is not None and self._take(candidate) and self.lower > goal
+
+                cells = prover.prove(float(self.problem.parameters.d_hat_min - goal), budget, refuted, start)
+                if not isinstance(cells, Blocked):
+                    done[window] = (goal, cells)
+                    continue
+                improvements += 1
+                if self.lower <= earlier or improvements > MOST_IMPROVEMENTS or budget.left <= 0:
+                    return False
+                if self.lower > upper():
+                    return False
+        return True
+
+
+def margin(problem: Problem, say: Say = lambda message: None) -> Margin:
+    """Return Δd_min,cont of `problem` as an interval with a certificate, which has passed the exact check.
+
+    Raises:
+        BadInput: parameters that the reading does not take.
+    """
+    distance = problem.parameters.d_hat_min
+    solver = Solver(problem, say)
+    solver.search()
+    proofs: list[Proofs] = []
+    if solver.lower < distance:
+        for width in WIDTHS:
+            done: Proofs = {}
+            if not solver.prove(solver.above(width), done, proofs[-1] if proofs else None):
+                break
+            proofs.append(done)
+        for width in WIDE if not proofs else ():
+            done = {}
+            if solver.prove(solver.above(width), done):
+                proofs.append(done)
+                break
+    return certified(solver, proofs, say)
+
+
+def _rounded_up(value: Fraction) -> Fraction:
+    """Return the next number with ten decimals."""
+    return Fraction(-((-value * 10**10) // 1), 10**10)
+
+
+def certified(solver: Solver, proofs: list[Proofs], say: Say) -> Margin:
+    """Return the narrowest interval that the exact checker accepts."""
+    problem, witness = solver.problem, solver.witness
+    distance = problem.parameters.d_hat_min
+    for done in reversed(proofs):
+        upper = max(goal for goal, _ in done.values())
+        if solver.lower <= upper < distance:
+            say("checking the certificate")
+            content = certificate(
+                problem, solver.lower, upper, witness, {window: cells for window, (_, cells) in done.items()}
+            )
+            check(content)
+            return Margin(problem, solver.lower, upper, witness, content)
+    content = certificate(problem, solver.lower, distance, witness, None)
+    check(content)
+    return Margin(problem, solver.lower, distance, witness, content)
+
+
+def from_certificate(content: object) -> Margin:
+    """Return the margin that a certificate (decoded JSON) proves, after checking it.
+
+    Raises:
+        Rejected: it proves nothing, or something else than it says.
+    """
+    verified = check(content)
+    assert isinstance(content, dict)
+    problem = Problem(Parameters.from_exact(content["parameters"]), Reading(content["reading"]))
+    witness = None if content["witness"] is None else read_witness(problem, content["witness"])
+    return Margin(problem, verified.lower, verified.upper, witness, content)

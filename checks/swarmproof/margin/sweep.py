@@ -1,0 +1,137 @@
+"""Many parameter sets in one run: which ones, and a folder of certificates that an interrupted run goes on from."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import product
+from pathlib import Path
+
+from swarmproof.margin.bounds import Margin, Say, from_certificate, margin
+from swarmproof.margin.check import Rejected
+from swarmproof.margin.problem import Problem
+from swarmproof.semantics.switches import BadInput
+from swarmproof.theorem3.parameters import Parameters, Reading, exact_text, read_number
+
+#: The most parameter sets of one sweep, and the most steps of one range.
+MOST_SETS, MOST_STEPS = 1000, 200
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One thing that is varied: a parameter (or `reading`) and its values as text."""
+
+    name: str
+    values: tuple[str, ...]
+
+    @classmethod
+    def parse(cls, text: str) -> Axis:
+        """Return the axis of ``NAME=V1:V2:…`` or ``NAME=FROM..TO/STEPS``.
+
+        Raises:
+            BadInput: another form.
+        """
+        name, equals, values = text.partition("=")
+        if not equals or not name or not values:
+            raise BadInput(
+                f"--sweep {text!r} is not of the form NAME=V1:V2:… or NAME=FROM..TO/STEPS, such as T_c=0.01:0.1"
+            )
+        if ".." in values:
+            return cls(name, tuple(_range(text, values)))
+        return cls(name, tuple(values.split(":")))
+
+
+def _range(text: str, values: str) -> Iterator[str]:
+    ends, slash, steps = values.partition("/")
+    first, _, last = ends.partition("..")
+    if not slash or not steps.isdigit() or not 2 <= int(steps) <= MOST_STEPS:
+        raise BadInput(
+            f"--sweep {text!r}: a range is FROM..TO/STEPS with 2 to {MOST_STEPS} steps, such as T_c=0.01..0.1/10"
+        )
+    low, high, count = read_number(first), read_number(last), int(steps)
+    for k in range(count):
+        yield exact_text(Fraction(round((low + (high - low) * k / (count - 1)) * 10**9), 10**9))
+
+
+def problems(base: Parameters, reading: Reading, axes: Sequence[Axis], changes: int | None = None) -> list[Problem]:
+    """Return the parameter sets of a sweep: all combinations of the axes' values, each set once, in their order.
+
+    With `changes`, the base counts as a further value of every axis, and only sets with at most that many changes are
+    taken. A swept reading is no change.
+
+    Raises:
+        BadInput: an axis twice, an unknown name or value, a set that its reading does not take, or too many sets.
+    """
+    names = [axis.name for axis in axes]
+    if len(set(names)) < len(names):
+        raise BadInput(
+            f"--sweep varies {next(name for name in names if names.count(name) > 1)} twice: give all its values at once"
+        )
+    choices: list[list[str | None]] = [
+        [*([None] if changes is not None and axis.name != "reading" else []), *axis.values] for axis in axes
+    ]
+    result: dict[Problem, None] = {}
+    for combination in product(*choices):
+        chosen = [(name, value) for name, value in zip(names, combination, strict=True) if value is not None]
+        here = next((Reading.parse(value) for name, value in chosen if name == "reading"), reading)
+        settings = [f"{name}={value}" for name, value in chosen if name != "reading"]
+        if changes is not None and len(settings) > changes:
+            continue
+        result[Problem(base.with_changes(settings), here)] = None
+        if len(result) > MOST_SETS:
+            raise BadInput(f"the sweep has more than {MOST_SETS} parameter sets: take fewer values")
+    return list(result)
+
+
+def file_name(problem: Problem) -> str:
+    """Return the name of a parameter set's certificate: its reading and what differs from the published parameters."""
+    text = f"{problem.reading.value} {problem.parameters.describe()}"
+    return "".join(letter if letter.isalnum() or letter in "-_.=" else "_" for letter in text)[:150] + ".json"
+
+
+def sweep(
+    sets: Sequence[Problem], folder: Path | None, progress: Callable[[int, Problem, Margin | None], None], say: Say
+) -> list[Margin]:
+    """Compute every set, or take it from `folder` if a right certificate of it is there; write each as it comes.
+
+    `progress` is told the number and the problem before each set, and its margin after it.
+    """
+    results = []
+    for number, problem in enumerate(sets):
+        progress(number, problem, None)
+        found = _stored(problem, folder)
+        if found is None:
+            found = margin(problem, say)
+            if folder is not None:
+                write(found, folder / file_name(problem))
+        results.append(found)
+        progress(number, problem, found)
+    return results
+
+
+def _stored(problem: Problem, folder: Path | None) -> Margin | None:
+    """Return the margin of a certificate in the folder that is of this very problem and that the checker accepts."""
+    if folder is None:
+        return None
+    try:
+        found = from_certificate(json.loads((folder / file_name(problem)).read_bytes()))
+    except (OSError, ValueError, Rejected):
+        return None
+    return found if found.problem == problem else None
+
+
+def write(found: Margin, path: Path) -> None:
+    """Write the certificate, whole or not at all.
+
+    Raises:
+        BadInput: the file cannot be written.
+    """
+    part = path.with_name(path.name + ".part")
+    try:
+        part.write_text(json.dumps(found.certificate, indent=1) + "\n", encoding="ascii")
+        os.replace(part, path)
+    except OSError as error:
+        raise BadInput(f"the certificate cannot be written to {path}: {error.strerror}") from None

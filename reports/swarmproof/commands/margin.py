@@ -1,0 +1,224 @@
+"""`swarmproof margin`: Δd_min,cont (eq. 24) as an interval with a certificate, and what Theorem 3 then guarantees."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.status import Status
+from rich.table import Table
+
+from swarmproof.margin.bounds import Margin, from_certificate, margin
+from swarmproof.margin.check import Rejected
+from swarmproof.margin.problem import Problem
+from swarmproof.margin.solve import NAMES, Extreme, solve_for
+from swarmproof.margin.sweep import Axis, file_name, problems, sweep, write
+from swarmproof.report import margin_plot, margin_words
+from swarmproof.report.folder import claim_file, claim_folder
+from swarmproof.semantics.switches import BadInput
+from swarmproof.theorem3.inequality import Truth, corrected, printed
+from swarmproof.theorem3.parameters import Parameters, Reading
+
+_CODES = {Truth.HOLDS: 0, Truth.FAILS: 1, Truth.UNDECIDED: 3}
+_COLOURS = {Truth.HOLDS: "green", Truth.FAILS: "red", Truth.UNDECIDED: "yellow"}
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to the subparsers `commands`."""
+    parser = commands.add_parser(
+        "margin",
+        help="compute Δd_min,cont with a certificate, and what Theorem 3 then guarantees",
+        description="How far two reference trajectories can dip below d̂_min between two samples, certified.",
+        epilog="Exit codes: 0 the corrected inequality (26) holds, 1 it fails, 3 undecided, 2 bad input; "
+        "--check: 0 accepted, 1 rejected; --solve-for: 0 a value is certified, 1 all are refuted, 3 neither.",
+        allow_abbrev=False,
+    )
+    parser.set_defaults(run=run)
+    parser.add_argument("parameters", nargs="?", metavar="PARAMETERS.toml", help="default: the published parameters")
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="change one parameter")
+    parser.add_argument("--d-min", metavar="M", help="distance that counts as a collision, scaled (default 0.12)")
+    parser.add_argument("--tracking-error", metavar="M", help="Δd_min of Assumption 1, per UAV, unscaled (default 0)")
+    parser.add_argument(
+        "--reading", default="as-sampled", metavar="R", help=f"{', '.join(Reading)} (default as-sampled)"
+    )
+    parser.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard output")
+    parser.add_argument("--certificate", metavar="FILE", help="write the certificate, which --check verifies")
+    parser.add_argument("--plot", metavar="FILE", help="draw the worst pair, or the sweep (.svg, .png, .pdf)")
+    parser.add_argument(
+        "--solve-for", choices=NAMES, metavar="NAME", help=f"extreme value that is still safe: {', '.join(NAMES)}"
+    )
+    parser.add_argument("--check", metavar="CERTIFICATE", help="verify a certificate exactly, and nothing else")
+    parser.add_argument(
+        "--sweep", action="append", default=[], metavar="NAME=V1:V2:…", help="vary a parameter (or reading); repeatable"
+    )
+    parser.add_argument("--changes", type=_count, metavar="K", help="of a sweep, only sets with at most K changes")
+    parser.add_argument("--results", metavar="DIR", help="certificates of a sweep; a later run goes on from there")
+
+
+def _count(text: str) -> int:
+    if not text.isdigit():
+        raise argparse.ArgumentTypeError(f"{text!r} is no whole number of at least 0")
+    return int(text)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command and return the exit code.
+
+    Raises:
+        BadInput: parameters or options that make no sense together, or files that cannot be read or written.
+    """
+    console = Console(stderr=options.json == "-", highlight=False)
+    if options.check is not None:
+        return _check(options, console)
+    _only_with("--sweep", options.sweep, {"--changes": options.changes, "--results": options.results})
+    base, reading = _parameters(options), Reading.parse(options.reading)
+    for path in (options.json, options.certificate):
+        if path not in (None, "-"):
+            claim_file(Path(path))
+    if options.plot is not None:
+        margin_plot.check_path(Path(options.plot))
+    if options.sweep:
+        return _sweep(options, base, reading, console)
+    problem = Problem(base, reading)
+    extreme: Extreme | None = None
+    with Status("searching", console=Console(stderr=True)) as status:
+        if options.solve_for is not None:
+            extreme = solve_for(options.solve_for, base, reading, status.update)
+        found = margin(problem, status.update)
+    shown = found if extreme is None or extreme.margin is None else extreme.margin
+    if options.certificate is not None:
+        write(shown, Path(options.certificate))
+    if options.plot is not None:
+        margin_plot.plot_margin(shown, Path(options.plot))
+    _write_json(options.json, margin_words.document(found, extreme))
+    _print(console, found, extreme)
+    return _CODES[_truth(found)] if extreme is None else _solved(extreme)
+
+
+def _only_with(needed: str, given: object, options: dict[str, object]) -> None:
+    for name, value in options.items():
+        if value is not None and not given:
+            raise BadInput(f"{name} goes with {needed}, which is not given")
+
+
+def _parameters(options: argparse.Namespace) -> Parameters:
+    changes = list(options.set)
+    for name, value in (("d_min", options.d_min), ("tracking_error", options.tracking_error)):
+        if value is not None:
+            changes.append(f"{name}={value}")
+    if options.parameters is None:
+        return Parameters().with_changes(changes)
+    return Parameters.from_toml(options.parameters, changes)
+
+
+def _truth(found: Margin) -> Truth:
+    return corrected(found.problem.parameters, found.lower, found.upper)
+
+
+def _solved(extreme: Extreme) -> int:
+    if extreme.certified is not None:
+        return 0
+    return 3 if extreme.undecided or extreme.refuted is None else 1
+
+
+def _write_json(target: str | None, content: object) -> None:
+    if target is None:
+        return
+    text = json.dumps(content, indent=1, ensure_ascii=False) + "\n"
+    if target == "-":
+        sys.stdout.write(text)
+    else:
+        Path(target).write_text(text, encoding="utf-8")
+
+
+def _print(console: Console, found: Margin, extreme: Extreme | None) -> None:
+    console.print(f"[bold]{escape(margin_words.headline(found))}[/bold]")
+    table = Table(show_header=False, box=None, padding=(0, 2))
+    table.add_column(min_width=21)
+    table.add_column(overflow="fold")
+    table.add_row("Δd_min,cont", margin_words.interval(found))
+    table.add_row("worst pair", margin_words.worst_pair(found))
+    truths = {"(26) as printed": printed, "(26) corrected": corrected}
+    for name, text in margin_words.consequences(found):
+        verdict = truths[name](found.problem.parameters, found.lower, found.upper) if name in truths else None
+        style = _COLOURS[verdict] if verdict is not None else ""
+        table.add_row(name, text, style=style)
+    console.print(table)
+    if extreme is not None:
+        console.print(f"[bold]{margin_words.solution(extreme)}[/bold]", soft_wrap=True)
+    console.print(margin_words.scope(found), style="bright_black")
+
+
+def _check(options: argparse.Namespace, console: Console) -> int:
+    path = Path(options.check)
+    try:
+        content = json.loads(path.read_bytes())
+    except OSError as error:
+        raise BadInput(f"the certificate {path} cannot be read: {error.strerror}") from None
+    except (ValueError, RecursionError):
+        raise BadInput(f"{path} is no JSON: give a file that --certificate has written") from None
+    try:
+        found = from_certificate(content)
+    except Rejected as rejected:
+        console.print(f"[red]rejected[/red]: {escape(str(rejected))}", soft_wrap=True)
+        return 1
+    _write_json(options.json, margin_words.document(found))
+    console.print("[green]accepted[/green]: every number of the certificate was checked in exact arithmetic")
+    _print(console, found, None)
+    return 0
+
+
+def _sweep(options: argparse.Namespace, base: Parameters, reading: Reading, console: Console) -> int:
+    if options.certificate is not None or options.solve_for is not None:
+        raise BadInput("--sweep goes neither with --certificate (use --results) nor with --solve-for")
+    axes = [Axis.parse(text) for text in options.sweep]
+    sets = problems(base, reading, axes, options.changes)
+    folder = None if options.results is None else claim_folder(Path(options.results))
+    columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
+    results: Sequence[Margin]
+    with Progress(*columns, console=Console(stderr=True)) as bar:
+        task = bar.add_task("", total=len(sets))
+
+        def tell(number: int, problem: Problem, found: Margin | None) -> None:
+            name = file_name(problem).removesuffix(".json")
+            bar.update(task, completed=number + (found is not None), description=name)
+
+        results = sweep(sets, folder, tell, lambda message: None)
+    if options.plot is not None:
+        margin_plot.plot_sweep(results, [axis.name for axis in axes], Path(options.plot))
+    documents = [margin_words.document(found) for found in results]
+    _write_json(options.json, {"schema": "swarmproof.margin-sweep/1", "sets": documents})
+    _print_sweep(console, results)
+    if folder is not None:
+        console.print(f"Certificates: {escape(str(folder))}", soft_wrap=True)
+    return _worst(_truth(found) for found in results)
+
+
+def _worst(truths: Iterable[Truth]) -> int:
+    seen = set(truths)
+    return next((_CODES[truth] for truth in (Truth.FAILS, Truth.UNDECIDED) if truth in seen), 0)
+
+
+def _print_sweep(console: Console, results: Sequence[Margin]) -> None:
+    table = Table(box=None, padding=(0, 1))
+    for name in ("reading", "changed", "Δd_min,cont from", "to (m)", "width/d̂_min", "(26) printed", "corrected"):
+        table.add_column(name, justify="right" if name in ("Δd_min,cont from", "to (m)", "width/d̂_min") else "left")
+    for found in results:
+        given = found.problem.parameters
+        truths = printed(given, found.lower, found.upper), _truth(found)
+        table.add_row(
+            found.problem.reading.value,
+            escape(given.describe()) or "–",
+            f"{margin_words.below(found.lower):.9f}",
+            f"{margin_words.above(found.upper):.9f}",
+            f"{float((found.upper - found.lower) / given.d_hat_min):.0e}",
+            *(f"[{_COLOURS[truth]}]{truth.value}[/]" for truth in truths),
+        )
+    console.print(table)

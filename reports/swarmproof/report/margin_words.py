@@ -1,0 +1,229 @@
+"""What `swarmproof margin` says: the JSON document, and the same in words."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from math import inf, nextafter
+from typing import Any
+
+from swarmproof.margin.bounds import Margin
+from swarmproof.margin.solve import Extreme
+from swarmproof.margin.witness import Motion, Witness
+from swarmproof.theorem3.inequality import (
+    Counterexample,
+    Truth,
+    corrected,
+    counterexample,
+    guaranteed_separation,
+    printed,
+    square_root_bounds,
+)
+from swarmproof.theorem3.parameters import Reading
+
+SCHEMA = "swarmproof.margin/1"
+
+_SOUND_FOR = {
+    Reading.INITIAL_STATE: "states are bounded at the window's start, inputs all the time",
+    Reading.WHOLE_MOTION: "states and inputs are bounded all the time",
+    Reading.AS_SAMPLED: "inputs are constant over each T_s, states are bounded at multiples of T_b",
+}
+
+
+def below(value: Fraction) -> float:
+    """Return the largest float that is not above an exact number."""
+    number = float(value)
+    return number if Fraction(number) <= value else nextafter(number, -inf)
+
+
+def above(value: Fraction) -> float:
+    """Return the smallest float that is not below an exact number."""
+    return -below(-value)
+
+
+def document(margin: Margin, extreme: Extreme | None = None) -> dict[str, Any]:
+    """Return the JSON document of a margin (schema `swarmproof.margin/1`); floats are rounded to the safe side."""
+    given = margin.problem.parameters
+    found = refutation(margin)
+    return {
+        "schema": SCHEMA,
+        "parameters": given.as_json(),
+        "reading": margin.problem.reading.value,
+        "dip": {"lower": below(margin.lower), "upper": above(margin.upper)},
+        "witness": None if margin.witness is None else _witness(margin, margin.witness),
+        "theorem_3": {
+            "printed": printed(given, margin.lower, margin.upper).value,
+            "corrected": corrected(given, margin.lower, margin.upper).value,
+            "d_min": float(given.d_min),
+            "tracking_error": float(given.tracking_error),
+            "guaranteed_separation": below(guaranteed_separation(given, margin.upper)),
+            "counterexample": None if found is None else _counterexample(found),
+        },
+        "solve_for": None
+        if extreme is None
+        else {
+            "name": extreme.name,
+            "certified": None if extreme.certified is None else float(extreme.certified),
+            "refuted": None if extreme.refuted is None else float(extreme.refuted),
+        },
+    }
+
+
+def refutation(margin: Margin) -> Counterexample | None:
+    """Return a pair that meets every premise of the printed (26) and comes closer than d_min, if one is known."""
+    given = margin.problem.parameters
+    if printed(given, margin.lower, margin.upper) is not Truth.HOLDS:
+        return None
+    references = None
+    if margin.witness is not None:
+        time = margin.witness.start + margin.witness.tau
+        i, j = (_positions(motion, time) for motion in (margin.witness.uav_i, margin.witness.uav_j))
+        references = (i[0], i[1], i[2]), (j[0], j[1], j[2])
+    return counterexample(given, references)
+
+
+def _positions(motion: Motion, time: Fraction) -> list[Fraction]:
+    return [axis.position(time) for axis in motion]
+
+
+def _witness(margin: Margin, witness: Witness) -> dict[str, Any]:
+    window = float(margin.problem.parameters.T_c)
+    times = {"start": Fraction(0), "closest": witness.tau, "end": margin.problem.parameters.T_c}
+    return {
+        "window": [float(witness.start), float(witness.start) + window],
+        "tau": float(witness.tau),
+        "distance": {name: scaled_distance(margin, time) for name, time in times.items()},
+        "uav_i": {name: _state(witness.uav_i, witness.start + time) for name, time in times.items()},
+        "uav_j": {name: _state(witness.uav_j, witness.start + time) for name, time in times.items()},
+        "inputs_i": [[[float(d), float(value)] for d, value in axis.inputs] for axis in witness.uav_i],
+        "inputs_j": [[[float(d), float(value)] for d, value in axis.inputs] for axis in witness.uav_j],
+    }
+
+
+def scaled_distance(margin: Margin, time: Fraction) -> float:
+    """Return the witness's scaled distance (m) `time` after the window's start; only where there is a witness."""
+    if margin.witness is None:
+        raise ValueError("a margin with lower = 0 has no witness")
+    relative = margin.witness.relative(margin.witness.start + time)
+    rows = margin.problem.parameters.theta_inverse
+    scaled = [sum((a * b for a, b in zip(row, relative, strict=True)), Fraction(0)) for row in rows]
+    return float(square_root_bounds(sum((value**2 for value in scaled), Fraction(0)))[0])
+
+
+def _state(motion: Motion, time: Fraction) -> dict[str, list[float]]:
+    states = [axis.at(time) for axis in motion]
+    names = ("position", "velocity", "acceleration")[: len(states[0])]
+    return {name: [float(state[m]) for state in states] for m, name in enumerate(names)}
+
+
+def _counterexample(found: Counterexample) -> dict[str, Any]:
+    return {
+        "references": [[str(value) for value in position] for position in found.references],
+        "positions": [[str(value) for value in position] for position in found.positions],
+        "scaled_distance": float(square_root_bounds(found.squared_distance)[1]),
+    }
+
+
+def headline(margin: Margin) -> str:
+    """Return what was computed, for whom."""
+    given = margin.problem.parameters
+    model = "triple integrator (jerk input)" if given.order == 3 else "double integrator (acceleration input)"
+    changes = given.describe() or "the published parameters"
+    return f"Δd_min,cont, reading {margin.problem.reading.value}, {changes}, {model}"
+
+
+def interval(margin: Margin) -> str:
+    """Return the interval in words."""
+    distance = margin.problem.parameters.d_hat_min
+    if margin.lower == distance:
+        return f"{below(margin.lower):.9g} m, which is all of d̂_min: two UAVs can be in one place between two samples"
+    width = float((margin.upper - margin.lower) / distance)
+    return f"between {below(margin.lower):.9f} m and {above(margin.upper):.9f} m (width {width:.0e} · d̂_min)"
+
+
+def worst_pair(margin: Margin) -> str:
+    """Return the witness in words."""
+    given, witness = margin.problem.parameters, margin.witness
+    if witness is None:
+        return "no pair dips below d̂_min between two samples, as far as was found"
+    speed = _length(
+        [
+            axis_i.at(witness.start + witness.tau)[1] - axis_j.at(witness.start + witness.tau)[1]
+            for axis_i, axis_j in zip(witness.uav_i, witness.uav_j, strict=True)
+        ]
+    )
+    ends = [scaled_distance(margin, time) for time in (Fraction(0), given.T_c)]
+    place = ""
+    if margin.problem.reading is Reading.AS_SAMPLED:
+        low, high = (1000 * float(time) for time in (witness.start, witness.start + given.T_c))
+        place = f", {low:g} to {high:g} ms after the start of a period T_s"
+    return (
+        f"{ends[0]:.4f} m apart at one sample and {ends[1]:.4f} m at the next{place}; "
+        f"{scaled_distance(margin, witness.tau):.4f} m after {1000 * float(witness.tau):.1f} ms of "
+        f"{1000 * float(given.T_c):g} ms, passing at {speed:.2f} m/s relative to each other (distances scaled by Θ⁻¹)"
+    )
+
+
+def _length(vector: list[Fraction]) -> float:
+    return float(sum((value**2 for value in vector), Fraction(0))) ** 0.5
+
+
+def consequences(margin: Margin) -> list[tuple[str, str]]:
+    """Return what (26) gives: rows of name and text."""
+    given = margin.problem.parameters
+    verdicts = printed(given, margin.lower, margin.upper), corrected(given, margin.lower, margin.upper)
+    guaranteed = guaranteed_separation(given, margin.upper)
+    rows = [
+        ("(26) as printed", f"{verdicts[0].value}: d̂_min ≥ d_min + Δd_min + Δd_min,cont"),
+        ("(26) corrected", f"{verdicts[1].value}: d̂_min ≥ d_min + 2‖Θ⁻¹‖₂·Δd_min + Δd_min,cont"),
+        ("guaranteed separation", f"{below(guaranteed):.6f} m (scaled, at all times, for motions of this reading)"),
+    ]
+    if guaranteed == 0:
+        text = "for everybody: whatever d_min > 0 is asked for, Theorem 3 does not apply to these parameters"
+    else:
+        text = f"for whoever needs more than {below(guaranteed):.6f} m between the UAVs, or tracks worse"
+    rows.append(("vacuous", text))
+    if verdicts[1] is not Truth.HOLDS:
+        rows.append(("", "An inequality that fails is no collision: the theorem is silent, UAVs may still be safe."))
+    found = refutation(margin)
+    if found is not None:
+        rows.append(("counterexample", _in_words(found)))
+    return rows
+
+
+def _in_words(found: Counterexample) -> str:
+    def point(position: tuple[Fraction, ...]) -> str:
+        return "(" + ", ".join(f"{float(value):.6g}" for value in position) + ")"
+
+    return (
+        f"the printed (26) holds, yet references at {point(found.references[0])} and {point(found.references[1])} may "
+        f"be tracked at {point(found.positions[0])} and {point(found.positions[1])}, neither more than "
+        f"{float(found.tracking_error):g} m off: {float(square_root_bounds(found.squared_distance)[1]):.6g} m apart "
+        f"(scaled), d_min is {float(found.d_min):g} m"
+    )
+
+
+def scope(margin: Margin) -> str:
+    """Return for which motions the interval holds."""
+    given = margin.problem.parameters
+    box = "positions anywhere" if given.workspace is None else "positions within the workspace where states are bounded"
+    return (
+        f"Scope: any two UAVs with these bounds per axis; {_SOUND_FOR[margin.problem.reading]}; {box}. "
+        "Lower bound: two explicit trajectories in fractions. Upper bound: certificate, checked exactly."
+    )
+
+
+def solution(extreme: Extreme) -> str:
+    """Return the answer of `--solve-for` in words."""
+    unit = {"T_c": "s", "v_max": "m/s", "d_hat_min": "m"}[extreme.name]
+    kind = "smallest" if extreme.name == "d_hat_min" else "largest"
+    if extreme.certified is None:
+        told = f"no {extreme.name} was found for which the corrected (26) is certified"
+    else:
+        told = f"{kind} {extreme.name} with the corrected (26) certified: {float(extreme.certified):.8g} {unit}"
+    if extreme.refuted is not None:
+        told += f"; refuted by a witness at {float(extreme.refuted):.8g} {unit}"
+    else:
+        told += "; no value tried was refuted"
+    if extreme.undecided:
+        told += f"; undecided at {', '.join(f'{float(value):.8g}' for value in extreme.undecided)} {unit}"
+    return told
