@@ -118,10 +118,10 @@ class Ascent:
             for _, fraction, triple in chosen[:STARTS]
         ]
 
-    def from_corner(self, blocked: Blocked, dip: float) -> Candidate | None:
+    def from_corner(self, blocked: Blocked, dip: float, known: float) -> Candidate | None:
         """Return the candidate climbed to from where a proof was blocked, by (δ, g) that need not be attainable.
 
-        None if the motions beside these do not nearly reach `dip` (m).
+        None if the motions beside these neither nearly reach `dip` (m) nor come up to the `known` one.
         """
         points, fraction = np.array(blocked.corner), blocked.fraction
         wanted = slope(self.problem, points[:, 0], points[:, 1], fraction)
@@ -129,9 +129,10 @@ class Ascent:
         motions = []
         for axis, kind in enumerate(self.kinds):
             along = float(wanted.delta[axis]), float(wanted.sagitta[axis])
+            (a, b), (c, d) = blocked.directions[axis]
             beside = [
                 self.by_kind[kind].motion(moment, alpha, beta)
-                for alpha, beta in (along, *blocked.directions[axis])
+                for alpha, beta in (along, (a, b), (c, d), (a + c, b + d))
                 if alpha or beta
             ]
             gaps = [float(np.hypot(*(np.array(moment.point(motion)) - points[axis]))) for motion in beside]
@@ -139,7 +140,7 @@ class Ascent:
         reached = np.array([moment.point(motion) for motion in motions])
         closeness = slope(self.problem, reached[:, 0], reached[:, 1], fraction).closeness
         missing = dip - self.problem.distance - closeness
-        if missing > NEARLY * (wanted.closeness - closeness):
+        if missing > max(NEARLY * (wanted.closeness - closeness), dip - known):
             return None
         return self._climb(fraction, motions)
 

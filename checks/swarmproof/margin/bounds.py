@@ -17,7 +17,7 @@ from swarmproof.margin.witness import Witness, exact_witness
 from swarmproof.theorem3.parameters import Parameters, Reading
 
 #: Widths of the interval (relative to d̂_min) that are tried one after the other, until one fails.
-WIDTHS = (Fraction(1, 100), Fraction(1, 10**4), Fraction(1, 10**5), Fraction(1, 10**6))
+WIDTHS = (Fraction(1, 100), Fraction(5, 10**5), Fraction(5, 10**6))
 #: Widths for where even the first one fails.
 WIDE = (Fraction(1, 10), Fraction(1, 3))
 #: Cells of τ that one attempt may look at.
@@ -104,10 +104,11 @@ class Solver:
 
                 def refuted(blocked: Blocked, here: int = window, goal: Fraction = goal) -> bool:
                     ascent = self._ascent(here)
-                    candidate = ascent.from_corner(blocked, float(goal))
+                    candidate = ascent.from_corner(blocked, float(goal), float(self.lower))
                     return candidate is not None and self._take(candidate) and self.lower > goal
 
-                cells = prover.prove(float(self.problem.parameters.d_hat_min - goal), budget, refuted, start)
+                closest, spare = float(self.problem.parameters.d_hat_min - goal), float(goal - self.lower)
+                cells = prover.prove(closest, spare, budget, refuted, start)
                 if not isinstance(cells, Blocked):
                     done[window] = (goal, cells)
                     continue

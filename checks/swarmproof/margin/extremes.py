@@ -111,17 +111,16 @@ class Sampled:
             raise BadInput(
                 f"T_s = {float(given.T_s):g} s is {samples} times T_b: as-sampled takes up to {MOST_SAMPLES}"
             )
-        self._rows: list[tuple[Term | None, Floats]] = []
-        for k in range(samples + 1):
-            for derivative, bound in bounds.items():
-                term = Term(k * float(given.T_b), derivative, 1.0)
-                self._rows.append((term, self._row([term]) / max(float(bound), 1e-9)))
+        terms = [Term(k * float(given.T_b), derivative, 1.0) for k in range(samples + 1) for derivative in bounds]
         unit = np.zeros(order)
-        unit[-1] = 1 / max(float(problem.axes[axis].input), 1e-9)
-        self._rows.append((None, unit))
-        limits = [float(bounds[term.derivative]) if term else float(problem.axes[axis].input) for term, _ in self._rows]
-        self._scale = np.array([max(limit, 1e-9) for limit in limits])
-        self._level = np.array([1.0 if limit > 0 else 0.0 for limit in limits])
+        unit[-1] = 1.0
+        #: Where a bound holds (None: that of the input), its row over (w'(0), …, u), of length 1, and its level.
+        self._terms: list[Term | None] = [*terms, None]
+        rows = np.array([*(self._row([term]) for term in terms), unit])
+        self._lengths = np.linalg.norm(rows, axis=1)
+        self._rows = rows / self._lengths[:, None]
+        limits = [*(float(bounds[term.derivative]) for term in terms), float(problem.axes[axis].input)]
+        self._levels = np.array(limits) / self._lengths
         self._enumerate()
 
     def _row(self, terms: list[Term]) -> Floats:
@@ -134,18 +133,18 @@ class Sampled:
 
     def _enumerate(self) -> None:
         """Find all feasible bases: as many rows as unknowns, each at one of its two bounds."""
-        rows = np.array([row for _, row in self._rows])
-        size = rows.shape[1]
+        size = self._rows.shape[1]
         signs = np.array(np.meshgrid(*[[1.0, -1.0]] * size)).reshape(size, -1).T
+        allowed = self._levels + 1e-10 * (1 + float(self._levels.max()))
         chosen, inverses, corners = [], [], []
-        for some in combinations(range(len(rows)), size):
-            basis = rows[list(some)]
-            if abs(np.linalg.det(basis)) < 1e-12 * np.prod(np.linalg.norm(basis, axis=1)):
+        for some in combinations(range(len(self._rows)), size):
+            basis = self._rows[list(some)]
+            if abs(np.linalg.det(basis)) < 1e-10:
                 continue
             inverse = np.linalg.inv(basis)
             for sign in signs:
-                corner = inverse @ (sign * self._level[list(some)])
-                if np.all(np.abs(rows @ corner) <= self._level + 1e-9):
+                corner = inverse @ (sign * self._levels[list(some)])
+                if np.all(np.abs(self._rows @ corner) <= allowed):
                     chosen.append((some, sign))
                     inverses.append(inverse)
                     corners.append(corner)
@@ -170,9 +169,9 @@ class Sampled:
         some, sign = self._bases[best]
         multipliers = []
         for index, weight in zip(some, weights[best] * sign, strict=True):
-            term = self._rows[index][0]
+            term = self._terms[index]
             if term is not None and term.time > 0:
-                multipliers.append(Term(term.time, term.derivative, float(weight / self._scale[index])))
+                multipliers.append(Term(term.time, term.derivative, float(weight / self._lengths[index])))
         return Extreme(self._motion(self._corners[best]), tuple(multipliers))
 
 

@@ -56,6 +56,17 @@ class Outline:
         """Return the edges that bound the polygon, and the first two, by the angle of their direction."""
         return [self._edges[angle] for angle in sorted(self._edges) if self._bounds_polygon(self._edges[angle])]
 
+    def thinned(self, tolerance: float) -> list[tuple[float, float]]:
+        """Return directions of edges that enclose the same polygon up to corners of `tolerance` (m in (δ, g))."""
+        kept = self.edges
+        if len(kept) <= 4:
+            return [edge.direction for edge in kept]
+        for edge in kept[:]:
+            index = kept.index(edge)
+            if 0.0 not in edge.direction and _depth(kept[index - 1], edge, kept[(index + 1) % len(kept)]) < tolerance:
+                kept.remove(edge)
+        return [edge.direction for edge in kept]
+
     def _bounds_polygon(self, edge: Edge) -> bool:
         (alpha, beta), far = edge.direction, edge.offset
         reach = float(np.abs(self._corners @ np.array([alpha, beta])).max(initial=0.0))
@@ -96,14 +107,29 @@ class Outline:
                 self._corners = clip(self._corners, (sign * alpha, sign * beta), edge.offset)
 
     def beside(self, corner: tuple[float, float]) -> list[tuple[tuple[float, float], tuple[float, float]]]:
-        """Return the directions (outward) of the two edges nearest to a point, with the pair that each one touches."""
+        """Return the directions (outward) of the two edges at a corner, with the pair that each one touches.
+
+        A point inside an edge, where a cut meets it, stands for the corner at which that edge leaves what is attained.
+        """
+        first, second = self._nearest(corner)
+        if second[0] > 1e-9 * hypot(*corner):
+            _, (alpha, beta), touched = first
+            values, ahead = self._corners @ np.array([alpha, beta]), np.array(corner) - np.array(touched)
+            on_edge = values >= float(values.max()) - 1e-9 * hypot(*corner)
+            beyond = (self._corners - np.array(touched)) @ ahead > 0
+            for end in self._corners[on_edge & beyond][:1]:
+                first, second = self._nearest((float(end[0]), float(end[1])))
+        return [first[1:], second[1:]]
+
+    def _nearest(self, point: tuple[float, float]) -> list[tuple[float, tuple[float, float], tuple[float, float]]]:
+        """Return the two edges nearest to a point: distance, outward direction, touched pair."""
         near: list[tuple[float, tuple[float, float], tuple[float, float]]] = []
         for edge in self._edges.values():
             (alpha, beta), (delta, sagitta) = edge.direction, edge.touched
             for sign in (1.0, -1.0):
-                left = edge.offset - sign * (alpha * corner[0] + beta * corner[1])
+                left = edge.offset - sign * (alpha * point[0] + beta * point[1])
                 near.append((left / hypot(alpha, beta), (sign * alpha, sign * beta), (sign * delta, sign * sagitta)))
-        return [(direction, touched) for _, direction, touched in sorted(near)[:2]]
+        return sorted(near)[:2]
 
     def refine(self, corner: tuple[float, float], tolerance: float) -> bool:
         """Cut off what lies between `corner` and the segment of the two attained pairs beside it.
@@ -120,6 +146,20 @@ class Outline:
             return False
         edge = self._edges[_angle(alpha, beta)]
         return abs(alpha * corner[0] + beta * corner[1]) - edge.offset > tolerance * hypot(alpha, beta)
+
+
+def _depth(before: Edge, edge: Edge, after: Edge) -> float:
+    """Return how far the crossing of its neighbours lies outside an edge; neighbours may count with the other sign."""
+    ahead = np.array(edge.direction)
+    rows, levels = [], []
+    for other in (before, after):
+        sign = 1.0 if float(ahead @ np.array(other.direction)) >= 0 else -1.0
+        rows.append(sign * np.array(other.direction))
+        levels.append(other.offset)
+    if abs(np.linalg.det(np.array(rows))) < 1e-14:
+        return float("inf")
+    corner = np.linalg.solve(np.array(rows), np.array(levels))
+    return float(ahead @ corner - edge.offset) / hypot(*edge.direction)
 
 
 def _angle(alpha: float, beta: float) -> float:

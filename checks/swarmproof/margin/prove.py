@@ -20,6 +20,8 @@ from swarmproof.theorem3.parameters import Reading
 MOST_PARTS, MOST_REFINEMENTS, MOST_HALVINGS = 48, 60, 20
 #: Lengths of cells (relative to T_c) at which a blocked proof asks whether what it proves is false.
 ASK_AT = tuple(Fraction(1, 2**halvings) for halvings in (4, 7, 10, 14, 18))
+#: What an outline may lose when a cell is halved, relative to how exact the proof need be.
+THINNING = 0.1
 #: How far below −ρ the floating-point values must be, relative to d̂_min, so that the exact check agrees.
 SLACK = 1e-11
 
@@ -88,14 +90,21 @@ class WindowProver:
         self._reach = float(np.linalg.norm(problem.scaling, 2))
 
     def prove(
-        self, closest: float, budget: Budget, refuted: Callable[[Blocked], bool], start: Sequence[Cell] = ()
+        self,
+        closest: float,
+        spare: float,
+        budget: Budget,
+        refuted: Callable[[Blocked], bool],
+        start: Sequence[Cell] = (),
     ) -> list[Cell] | Blocked:
         """Return cells that prove that ‖x‖ ≥ `closest` (m, scaled), or where it got stuck.
 
+        `spare` (m) is by how much the closest pair that is known stays above `closest`: how exact a proof need be.
         `refuted` is asked now and then whether a pair comes closer there, which ends the attempt. `start` are the cells
         that proved a weaker bound; the search goes on from them.
         """
         proved: list[Cell] = []
+        tolerance = THINNING * spare / self._reach
         waiting: list[_Waiting] = [
             (0.0, cell.early, cell.late, [[edge.direction for edge in edges] for edges in cell.edges]) for cell in start
         ] or [(0.0, Fraction(0), Fraction(1), [() for _ in range(max(self._kinds) + 1)])]
@@ -115,7 +124,7 @@ class WindowProver:
             if tree.excess > 0 and late - early in ASK_AT and refuted(tree):
                 return tree
             middle = (early + late) / 2
-            hints = [[edge.direction for edge in outline.edges] for outline in outlines]
+            hints = [outline.thinned(tolerance) for outline in outlines]
             heappush(waiting, (-tree.excess, early, middle, hints))
             heappush(waiting, (-tree.excess, middle, late, hints))
         return proved

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from math import inf, nextafter
+from math import inf, nextafter, sqrt
 from typing import Any
 
 from swarmproof.margin.bounds import Margin
@@ -164,7 +164,7 @@ def worst_pair(margin: Margin) -> str:
 
 
 def _length(vector: list[Fraction]) -> float:
-    return float(sum((value**2 for value in vector), Fraction(0))) ** 0.5
+    return sqrt(sum((value**2 for value in vector), Fraction(0)))
 
 
 def consequences(margin: Margin) -> list[tuple[str, str]]:
