@@ -16,10 +16,11 @@ from swarmproof.margin.prove import Blocked, Budget, Cell, WindowProver
 from swarmproof.margin.witness import Witness, exact_witness
 from swarmproof.theorem3.parameters import Parameters, Reading
 
-#: Widths of the interval (relative to d̂_min) that are tried one after the other, until one fails.
-WIDTHS = (Fraction(1, 100), Fraction(5, 10**5), Fraction(5, 10**6))
-#: Widths for where even the first one fails.
-WIDE = (Fraction(1, 10), Fraction(1, 3))
+#: Widths of the interval (relative to d̂_min) that are tried one after the other, until one fails, and how many parts of
+#: cells each may take; the last one is a bonus.
+WIDTHS = ((Fraction(1, 100), 3000), (Fraction(5, 10**5), 3000), (Fraction(5, 10**6), 900))
+#: The same for where even the first one fails.
+WIDE = ((Fraction(1, 10), 3000), (Fraction(1, 3), 3000))
 #: Cells of τ that one attempt may look at.
 MOST_CELLS = 2000
 #: Improvements of the witness during one attempt.
@@ -88,13 +89,15 @@ class Solver:
         self.witness = witness
         return True
 
-    def prove(self, upper: Callable[[], Fraction], done: Proofs, before: Proofs | None = None) -> bool:
+    def prove(
+        self, upper: Callable[[], Fraction], done: Proofs, before: Proofs | None = None, parts: int = 3000
+    ) -> bool:
         """Prove that no dip exceeds `upper()` (m), which may grow as better witnesses are found; say whether it worked.
 
         `done` receives what was proved per window, and keeps what is still good; `before` are weaker proofs to go on
         from. It fails as soon as a witness is found that exceeds an upper bound that does not grow.
         """
-        budget, improvements = Budget(MOST_CELLS), 0
+        budget, improvements = Budget(MOST_CELLS, parts), 0
         for window in self.problem.windows:
             prover = WindowProver(self.problem, self._by_kind, self._kinds, window)
             while window not in done or done[window][0] > upper():
@@ -113,7 +116,7 @@ class Solver:
                     done[window] = (goal, cells)
                     continue
                 improvements += 1
-                if self.lower <= earlier or improvements > MOST_IMPROVEMENTS or budget.left <= 0:
+                if self.lower <= earlier or improvements > MOST_IMPROVEMENTS or budget.spent:
                     return False
                 if self.lower > upper():
                     return False
@@ -131,14 +134,14 @@ def margin(problem: Problem, say: Say = lambda message: None) -> Margin:
     solver.search()
     proofs: list[Proofs] = []
     if solver.lower < distance:
-        for width in WIDTHS:
+        for width, parts in WIDTHS:
             done: Proofs = {}
-            if not solver.prove(solver.above(width), done, proofs[-1] if proofs else None):
+            if not solver.prove(solver.above(width), done, proofs[-1] if proofs else None, parts):
                 break
             proofs.append(done)
-        for width in WIDE if not proofs else ():
+        for width, parts in WIDE if not proofs else ():
             done = {}
-            if solver.prove(solver.above(width), done):
+            if solver.prove(solver.above(width), done, None, parts):
                 proofs.append(done)
                 break
     return certified(solver, proofs, say)

@@ -11,7 +11,7 @@ from swarmproof.margin.polygon import Corners
 from swarmproof.margin.problem import Floats
 
 #: Values of t tried before the best one is narrowed down, and steps of narrowing.
-GRID, STEPS = 17, 34
+GRID, STEPS = 11, 24
 #: How often corners are added to those for which t is chosen.
 MOST_ROUNDS = 40
 _GOLDEN = (5**0.5 - 1) / 2
@@ -46,8 +46,8 @@ class CornerValues:
         self._diagonal = bool(np.count_nonzero(scaling - np.diag(np.diagonal(scaling))) == 0)
         self._distance, self._early, self._late = distance, early, late
 
-    def worst(self) -> Worst:
-        """Return the t whose worst corner is best, and what hinders a better one.
+    def worst(self, goal: float) -> Worst:
+        """Return the t whose worst corner is best, and what hinders a better one if that is above `goal` (m).
 
         It is chosen for a few corners; whichever is worse than these is added until none is.
         """
@@ -63,8 +63,8 @@ class CornerValues:
                 break
             some = added
         top = float(values.max())
-        if not np.isfinite(top):
-            return Worst(np.inf, t, here, None, np.inf)
+        if top <= goal or not np.isfinite(top):
+            return Worst(top, t, here, None, top)
         alone = [[corner] for corner in here]
         own = self._minimise(self._largest(alone))
         return Worst(top, t, here, self._rival(t, here, some), float(self._values(own, alone)[0].max()))

@@ -17,7 +17,7 @@ from swarmproof.margin.problem import Problem
 from swarmproof.theorem3.parameters import Reading
 
 #: Parts into which the polygons of one cell may be cut, refinements of one cell, and halvings of [0, T_c].
-MOST_PARTS, MOST_REFINEMENTS, MOST_HALVINGS = 48, 60, 20
+MOST_PARTS, MOST_REFINEMENTS, MOST_HALVINGS = 400, 60, 20
 #: Lengths of cells (relative to T_c) at which a blocked proof asks whether what it proves is false.
 ASK_AT = tuple(Fraction(1, 2**halvings) for halvings in (4, 7, 10, 14, 18))
 #: What an outline may lose when a cell is halved, relative to how exact the proof need be.
@@ -75,10 +75,15 @@ _Waiting = tuple[float, Fraction, Fraction, Sequence[Collection[tuple[float, flo
 
 
 class Budget:
-    """How many cells may still be tried; shared by the windows of one attempt."""
+    """How many cells and parts of cells may still be tried; shared by the windows of one attempt."""
 
-    def __init__(self, cells: int) -> None:
-        self.left = cells
+    def __init__(self, cells: int, parts: int) -> None:
+        self.cells, self.parts = cells, parts
+
+    @property
+    def spent(self) -> bool:
+        """Say whether nothing is left."""
+        return self.cells <= 0 or self.parts <= 0
 
 
 class WindowProver:
@@ -112,14 +117,14 @@ class WindowProver:
         heapify(waiting)
         while waiting:
             _, early, late, directions = heappop(waiting)
-            budget.left -= 1
+            budget.cells -= 1
             outlines = [self._outline(kind, early, late, directions[kind]) for kind in range(len(directions))]
-            tree = self._cell(outlines, float(early), float(late), closest)
+            tree = self._cell(outlines, float(early), float(late), closest, budget)
             if not isinstance(tree, Blocked):
                 edges = tuple(tuple(outline.edges) for outline in outlines)
                 proved.append(Cell(early, late, edges, self._kinds, tree))
                 continue
-            if late - early <= Fraction(1, 2**MOST_HALVINGS) or budget.left <= 0:
+            if late - early <= Fraction(1, 2**MOST_HALVINGS) or budget.spent:
                 return tree
             if tree.excess > 0 and late - early in ASK_AT and refuted(tree):
                 return tree
@@ -142,7 +147,9 @@ class WindowProver:
             outline.add(direction)
         return outline
 
-    def _cell(self, outlines: list[Outline], early: float, late: float, closest: float) -> Tree | Blocked:
+    def _cell(
+        self, outlines: list[Outline], early: float, late: float, closest: float, budget: Budget
+    ) -> Tree | Blocked:
         blocked = Blocked((early + late) / 2, ())
         for _ in range(MOST_REFINEMENTS):
             polygons = []
@@ -150,7 +157,7 @@ class WindowProver:
                 corners = outlines[kind].corners
                 mirrored = self._problem.diagonal or axis == 0
                 polygons.append(clip(corners, (-1.0, 0.0), 0.0) if mirrored else corners)
-            parts = _Parts(self._problem, early, late, closest)
+            parts = _Parts(self._problem, early, late, closest, budget)
             tree = parts.prove(polygons)
             if not isinstance(tree, Blocked):
                 return tree
@@ -171,23 +178,24 @@ class WindowProver:
 class _Parts:
     """Cuts the polygons of one cell until every part has a t of its own."""
 
-    def __init__(self, problem: Problem, early: float, late: float, closest: float) -> None:
+    def __init__(self, problem: Problem, early: float, late: float, closest: float, budget: Budget) -> None:
         self._problem, self._early, self._late = problem, early, late
         self._goal = -closest - SLACK * problem.distance
-        self._left = MOST_PARTS
+        self._left, self._budget = MOST_PARTS, budget
 
     def prove(self, polygons: list[Corners]) -> Tree | Blocked:
         """Return a tree that proves the goal at all corners, or the corner that blocks."""
         self._left -= 1
+        self._budget.parts -= 1
         values = CornerValues(polygons, self._problem.scaling, self._problem.distance, self._early, self._late)
-        worst = values.worst()
+        worst = values.worst(self._goal)
         if worst.closeness <= self._goal:
             return Leaf(worst.t)
         corner = tuple((float(p[i][0]), float(p[i][1])) for p, i in zip(polygons, worst.here, strict=True))
         blocked = Blocked((self._early + self._late) / 2, corner)
         if worst.at_best > self._goal:
             return replace(blocked, excess=worst.at_best - self._goal)
-        if worst.rival is None or self._left <= 0:
+        if worst.rival is None or self._left <= 0 or self._budget.spent:
             return blocked
         axis, normal, level = self._between(polygons, worst.here, worst.rival)
         parts: list[Tree | None] = []
@@ -214,5 +222,7 @@ class _Parts:
                 if apart > best:
                     best, choice = apart, (axis, column)
         axis, column = choice
-        level = float(polygons[axis][here[axis]][column] + polygons[axis][rival[axis]][column]) / 2
+        first, second = (float(polygons[axis][index[axis]][column]) for index in (here, rival))
+        # t has the sign opposite to that of g, so zero separates better than the middle
+        level = 0.0 if column == 1 and first * second < 0 else (first + second) / 2
         return axis, (1.0, 0.0) if column == 0 else (0.0, 1.0), round(level, 12)

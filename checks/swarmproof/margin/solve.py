@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -16,8 +15,8 @@ from swarmproof.theorem3.parameters import Parameters, Reading
 NAMES = ("T_c", "v_max", "d_hat_min")
 #: How close the two answers are brought to each other, relative to their size, and the largest number of trials.
 PRECISION, MOST_TRIALS = Fraction(1, 10**4), 60
-#: Digits after the point of the values tried.
-DIGITS = 7
+#: Digits after the point of the values tried, and the smallest and the largest one.
+DIGITS, SMALLEST, LARGEST = 7, Fraction(1, 10**6), Fraction(10**5)
 #: The largest T_s/T_c that is tried.
 MOST_WINDOWS = 200
 
@@ -99,48 +98,50 @@ def _by_division(given: Parameters, reading: Reading, say: Say) -> Extreme:
 
 
 def _bisect(name: str, given: Parameters, reading: Reading, say: Say, lower_is_easier: bool) -> Extreme:
-    """Bracket by doubling or halving from the given value, then bisect."""
+    """Bracket by doubling and halving from the given value, then bisect; no value is tried twice."""
     start = {"T_c": given.T_c, "v_max": max(given.v_max), "d_hat_min": given.d_hat_min}[name] or Fraction(1)
-    undecided: set[Fraction] = set()
+    easier, harder = (Fraction(1, 2), Fraction(2)) if lower_is_easier else (Fraction(2), Fraction(1, 2))
+    known: dict[Fraction, Truth] = {}
     margins: dict[Fraction, Margin] = {}
 
     def truth_of(value: Fraction) -> Truth:
-        say(f"trying {name} = {float(value):g}")
-        truth, margin = decide(Problem(changed(given, name, value), reading), say)
-        if margin is not None:
-            margins[value] = margin
-        if truth is Truth.UNDECIDED:
-            undecided.add(value)
-        return truth
+        if value not in known:
+            say(f"trying {name} = {float(value):g}")
+            known[value], margin = decide(Problem(changed(given, name, value), reading), say)
+            if margin is not None:
+                margins[value] = margin
+        return known[value]
 
-    easier: Callable[[Fraction], Fraction] = (lambda v: v / 2) if lower_is_easier else (lambda v: v * 2)
-    harder: Callable[[Fraction], Fraction] = (lambda v: v * 2) if lower_is_easier else (lambda v: v / 2)
-    holds: Fraction | None = None
-    fails: Fraction | None = None
-    value, trials = start, 0
-    while (holds is None or fails is None) and trials < MOST_TRIALS:
-        trials += 1
-        truth = truth_of(value)
-        if truth is Truth.HOLDS:
-            holds = value
-        elif truth is Truth.FAILS:
-            fails = value
-        value = _rounded(harder(value) if truth is Truth.HOLDS else easier(value))
-        if not Fraction(1, 10**6) <= value <= 10**5:
-            break
-    while holds is not None and fails is not None and abs(holds - fails) > PRECISION * max(holds, fails):
-        trials += 1
-        value = _rounded((holds + fails) / 2)
-        if value in (holds, fails) or trials > MOST_TRIALS:
-            break
-        truth = truth_of(value)
-        if truth is Truth.HOLDS:
-            holds = value
-        elif truth is Truth.FAILS:
-            fails = value
-        else:
-            break
-    return Extreme(name, holds, fails, margins.get(holds) if holds else None, tuple(sorted(undecided)))
+    def nearest(wanted: Truth) -> Fraction | None:
+        """Return the hardest value of those that hold, the easiest of those that fail."""
+        values = [value for value, truth in known.items() if truth is wanted]
+        largest = lower_is_easier is (wanted is Truth.HOLDS)
+        return (max if largest else min)(values, default=None)
+
+    def look_for(wanted: Truth, factor: Fraction) -> None:
+        value = start
+        while SMALLEST <= value <= LARGEST and truth_of(value) is not wanted and len(known) < MOST_TRIALS:
+            value = _rounded(value * factor)
+
+    def narrow(near: Fraction, far: Fraction, wanted: Truth) -> None:
+        """Bisect between `near`, of which the `wanted` is true, and `far`, of which it is not."""
+        while abs(near - far) > PRECISION * max(near, far) and len(known) < MOST_TRIALS:
+            value = _rounded((near + far) / 2)
+            if value in (near, far):
+                return
+            near, far = (value, far) if truth_of(value) is wanted else (near, value)
+
+    look_for(Truth.HOLDS, easier)
+    look_for(Truth.FAILS, harder)
+    for wanted, other in ((Truth.HOLDS, Truth.FAILS), (Truth.FAILS, Truth.HOLDS)):
+        near, far = nearest(wanted), nearest(other)
+        if near is not None and far is not None:
+            narrow(near, far, wanted)
+    holds, fails = nearest(Truth.HOLDS), nearest(Truth.FAILS)
+    unknown = sorted(value for value, truth in known.items() if truth is Truth.UNDECIDED)
+    if holds is not None and fails is not None:
+        unknown = [value for value in unknown if min(holds, fails) < value < max(holds, fails)]
+    return Extreme(name, holds, fails, None if holds is None else margins.get(holds), tuple(unknown))
 
 
 def _rounded(value: Fraction) -> Fraction:

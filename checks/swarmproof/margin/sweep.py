@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import product
 from pathlib import Path
 
 from swarmproof.margin.bounds import Margin, Say, from_certificate, margin
-from swarmproof.margin.check import Rejected
+from swarmproof.margin.check import Rejected, read
 from swarmproof.margin.problem import Problem
 from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.parameters import Parameters, Reading, exact_text, read_number
 
 #: The most parameter sets of one sweep, and the most steps of one range.
 MOST_SETS, MOST_STEPS = 1000, 200
+#: The most characters of a certificate's name, without its suffix.
+MOST_CHARACTERS = 150
 
 
 @dataclass(frozen=True)
@@ -47,11 +49,14 @@ class Axis:
 def _range(text: str, values: str) -> Iterator[str]:
     ends, slash, steps = values.partition("/")
     first, _, last = ends.partition("..")
-    if not slash or not steps.isdigit() or not 2 <= int(steps) <= MOST_STEPS:
+    if not slash or not steps.isdecimal() or len(steps) > 9 or not 2 <= int(steps) <= MOST_STEPS:
         raise BadInput(
             f"--sweep {text!r}: a range is FROM..TO/STEPS with 2 to {MOST_STEPS} steps, such as T_c=0.01..0.1/10"
         )
-    low, high, count = read_number(first), read_number(last), int(steps)
+    try:
+        low, high, count = read_number(first), read_number(last), int(steps)
+    except BadInput as mistake:
+        raise BadInput(f"--sweep {text!r}: {mistake}") from None
     for k in range(count):
         yield exact_text(Fraction(round((low + (high - low) * k / (count - 1)) * 10**9), 10**9))
 
@@ -70,26 +75,46 @@ def problems(base: Parameters, reading: Reading, axes: Sequence[Axis], changes: 
         raise BadInput(
             f"--sweep varies {next(name for name in names if names.count(name) > 1)} twice: give all its values at once"
         )
-    choices: list[list[str | None]] = [
-        [*([None] if changes is not None and axis.name != "reading" else []), *axis.values] for axis in axes
-    ]
     result: dict[Problem, None] = {}
-    for combination in product(*choices):
-        chosen = [(name, value) for name, value in zip(names, combination, strict=True) if value is not None]
+    for chosen in _combinations(axes, changes):
         here = next((Reading.parse(value) for name, value in chosen if name == "reading"), reading)
         settings = [f"{name}={value}" for name, value in chosen if name != "reading"]
-        if changes is not None and len(settings) > changes:
-            continue
-        result[Problem(base.with_changes(settings), here)] = None
+        try:
+            result[Problem(base.with_changes(settings), here)] = None
+        except BadInput as mistake:
+            shown = ", ".join(f"{name}={value}" for name, value in chosen)
+            raise BadInput(f"--sweep, set {shown}: {str(mistake).removeprefix('--set: ')}") from None
         if len(result) > MOST_SETS:
             raise BadInput(f"the sweep has more than {MOST_SETS} parameter sets: take fewer values")
     return list(result)
 
 
+def _combinations(axes: Sequence[Axis], changes: int | None) -> Iterator[list[tuple[str, str]]]:
+    """Yield one value (or none) per axis, the last axis varying fastest, and nothing that has too many changes."""
+    if not axes:
+        yield []
+        return
+    first, rest = axes[0], axes[1:]
+    swept_reading = first.name == "reading"
+    if changes is not None and not swept_reading:
+        yield from _combinations(rest, changes)
+    if changes is None or swept_reading or changes > 0:
+        left = changes if changes is None or swept_reading else changes - 1
+        for value in first.values:
+            yield from ([(first.name, value), *others] for others in _combinations(rest, left))
+
+
 def file_name(problem: Problem) -> str:
-    """Return the name of a parameter set's certificate: its reading and what differs from the published parameters."""
+    """Return the name of a parameter set's certificate: its reading and what differs from the published parameters.
+
+    No two sets have the same: where the name cannot have all characters, a digest is part of it.
+    """
     text = f"{problem.reading.value} {problem.parameters.describe()}"
-    return "".join(letter if letter.isalnum() or letter in "-_.=" else "_" for letter in text)[:150] + ".json"
+    name = "".join(letter if letter.isalnum() or letter in "-_.=" else "_" for letter in text)
+    if len(name) > MOST_CHARACTERS or "/" in text:
+        digest = hashlib.sha256(text.encode()).hexdigest()[:12]
+        name = f"{name[: MOST_CHARACTERS - len(digest) - 1]}_{digest}"
+    return name + ".json"
 
 
 def sweep(
@@ -117,21 +142,25 @@ def _stored(problem: Problem, folder: Path | None) -> Margin | None:
     if folder is None:
         return None
     try:
-        found = from_certificate(json.loads((folder / file_name(problem)).read_bytes()))
+        found = from_certificate(read((folder / file_name(problem)).read_bytes()))
     except (OSError, ValueError, Rejected):
         return None
     return found if found.problem == problem else None
 
 
 def write(found: Margin, path: Path) -> None:
-    """Write the certificate, whole or not at all.
+    """Write the certificate, whole or not at all; what is no regular file, such as a pipe, is not replaced.
 
     Raises:
         BadInput: the file cannot be written.
     """
+    text = json.dumps(found.certificate, indent=1) + "\n"
     part = path.with_name(path.name + ".part")
     try:
-        part.write_text(json.dumps(found.certificate, indent=1) + "\n", encoding="ascii")
-        os.replace(part, path)
+        if path.exists() and not path.is_file():
+            path.write_text(text, encoding="ascii")
+        else:
+            part.write_text(text, encoding="ascii")
+            os.replace(part, path)
     except OSError as error:
         raise BadInput(f"the certificate cannot be written to {path}: {error.strerror}") from None

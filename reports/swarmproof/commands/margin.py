@@ -78,15 +78,13 @@ def run(options: argparse.Namespace) -> int:
     if options.check is not None:
         return _check(options, console)
     _only_with("--sweep", options.sweep, {"--changes": options.changes, "--results": options.results})
+    if options.certificate == "-":
+        raise BadInput("--certificate - is not a file: give a name, which --check can be given, too")
     base, reading = _parameters(options), Reading.parse(options.reading)
-    for path in (options.json, options.certificate):
-        if path not in (None, "-"):
-            claim_file(Path(path))
-    if options.plot is not None:
-        margin_plot.check_path(Path(options.plot))
     if options.sweep:
         return _sweep(options, base, reading, console)
     problem = Problem(base, reading)
+    _claim(options)
     extreme: Extreme | None = None
     with Status("searching", console=Console(stderr=True)) as status:
         if options.solve_for is not None:
@@ -100,6 +98,15 @@ def run(options: argparse.Namespace) -> int:
     _write_json(options.json, margin_words.document(found, extreme))
     _print(console, found, extreme)
     return _CODES[_truth(found)] if extreme is None else _solved(extreme)
+
+
+def _claim(options: argparse.Namespace) -> None:
+    """Make sure that what is to be written can be, before anything is computed."""
+    if options.plot is not None:
+        margin_plot.check_path(Path(options.plot))
+    for path in (options.json, options.certificate):
+        if path not in (None, "-"):
+            claim_file(Path(path))
 
 
 def _only_with(needed: str, given: object, options: dict[str, object]) -> None:
@@ -134,8 +141,11 @@ def _write_json(target: str | None, content: object) -> None:
     text = json.dumps(content, indent=1, ensure_ascii=False) + "\n"
     if target == "-":
         sys.stdout.write(text)
-    else:
+        return
+    try:
         Path(target).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise BadInput(f"cannot write {target}: {error.strerror}; give a file that can be written, or -") from None
 
 
 def _print(console: Console, found: Margin, extreme: Extreme | None) -> None:
@@ -157,6 +167,10 @@ def _print(console: Console, found: Margin, extreme: Extreme | None) -> None:
 
 
 def _check(options: argparse.Namespace, console: Console) -> int:
+    changing = (options.parameters, options.set, options.d_min, options.tracking_error, options.sweep, options.changes)
+    writing = (options.certificate, options.plot, options.solve_for, options.results)
+    if any(value not in (None, []) for value in (*changing, *writing)):
+        raise BadInput("--check goes with --json only: everything else is in the certificate")
     path = Path(options.check)
     try:
         content = json.loads(path.read_bytes())
@@ -169,6 +183,7 @@ def _check(options: argparse.Namespace, console: Console) -> int:
     except Rejected as rejected:
         console.print(f"[red]rejected[/red]: {escape(str(rejected))}", soft_wrap=True)
         return 1
+    _claim(options)
     _write_json(options.json, margin_words.document(found))
     console.print("[green]accepted[/green]: every number of the certificate was checked in exact arithmetic")
     _print(console, found, None)
@@ -180,6 +195,7 @@ def _sweep(options: argparse.Namespace, base: Parameters, reading: Reading, cons
         raise BadInput("--sweep goes neither with --certificate (use --results) nor with --solve-for")
     axes = [Axis.parse(text) for text in options.sweep]
     sets = problems(base, reading, axes, options.changes)
+    _claim(options)
     folder = None if options.results is None else claim_folder(Path(options.results))
     columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
     results: Sequence[Margin]
@@ -216,8 +232,8 @@ def _print_sweep(console: Console, results: Sequence[Margin]) -> None:
         table.add_row(
             found.problem.reading.value,
             escape(given.describe()) or "–",
-            f"{margin_words.below(found.lower):.9f}",
-            f"{margin_words.above(found.upper):.9f}",
+            margin_words.decimal_below(found.lower, 9),
+            margin_words.decimal_above(found.upper, 9),
             f"{float((found.upper - found.lower) / given.d_hat_min):.0e}",
             *(f"[{_COLOURS[truth]}]{truth.value}[/]" for truth in truths),
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from math import inf, nextafter, sqrt
+from math import ceil, floor, inf, nextafter, sqrt
 from typing import Any
 
 from swarmproof.margin.bounds import Margin
@@ -18,7 +18,7 @@ from swarmproof.theorem3.inequality import (
     printed,
     square_root_bounds,
 )
-from swarmproof.theorem3.parameters import Reading
+from swarmproof.theorem3.parameters import Reading, exact_text
 
 SCHEMA = "swarmproof.margin/1"
 
@@ -38,6 +38,16 @@ def below(value: Fraction) -> float:
 def above(value: Fraction) -> float:
     """Return the smallest float that is not below an exact number."""
     return -below(-value)
+
+
+def decimal_below(value: Fraction, places: int) -> str:
+    """Return the largest decimal with so many places that is not above an exact number."""
+    return f"{floor(value * 10**places) / 10**places:.{places}f}"
+
+
+def decimal_above(value: Fraction, places: int) -> str:
+    """Return the smallest decimal with so many places that is not below an exact number."""
+    return f"{ceil(value * 10**places) / 10**places:.{places}f}"
 
 
 def document(margin: Margin, extreme: Extreme | None = None) -> dict[str, Any]:
@@ -137,7 +147,8 @@ def interval(margin: Margin) -> str:
     if margin.lower == distance:
         return f"{below(margin.lower):.9g} m, which is all of d̂_min: two UAVs can be in one place between two samples"
     width = float((margin.upper - margin.lower) / distance)
-    return f"between {below(margin.lower):.9f} m and {above(margin.upper):.9f} m (width {width:.0e} · d̂_min)"
+    ends = decimal_below(margin.lower, 9), decimal_above(margin.upper, 9)
+    return f"between {ends[0]} m and {ends[1]} m (width {width:.0e} · d̂_min)"
 
 
 def worst_pair(margin: Margin) -> str:
@@ -172,15 +183,16 @@ def consequences(margin: Margin) -> list[tuple[str, str]]:
     given = margin.problem.parameters
     verdicts = printed(given, margin.lower, margin.upper), corrected(given, margin.lower, margin.upper)
     guaranteed = guaranteed_separation(given, margin.upper)
+    separation = decimal_below(guaranteed, 6)
     rows = [
         ("(26) as printed", f"{verdicts[0].value}: d̂_min ≥ d_min + Δd_min + Δd_min,cont"),
         ("(26) corrected", f"{verdicts[1].value}: d̂_min ≥ d_min + 2‖Θ⁻¹‖₂·Δd_min + Δd_min,cont"),
-        ("guaranteed separation", f"{below(guaranteed):.6f} m (scaled, at all times, for motions of this reading)"),
+        ("guaranteed separation", f"{separation} m (scaled, at all times, for motions of this reading)"),
     ]
     if guaranteed == 0:
         text = "for everybody: whatever d_min > 0 is asked for, Theorem 3 does not apply to these parameters"
     else:
-        text = f"for whoever needs more than {below(guaranteed):.6f} m between the UAVs, or tracks worse"
+        text = f"for whoever needs more than {separation} m between the UAVs, or tracks worse"
     rows.append(("vacuous", text))
     if verdicts[1] is not Truth.HOLDS:
         rows.append(("", "An inequality that fails is no collision: the theorem is silent, UAVs may still be safe."))
@@ -219,11 +231,17 @@ def solution(extreme: Extreme) -> str:
     if extreme.certified is None:
         told = f"no {extreme.name} was found for which the corrected (26) is certified"
     else:
-        told = f"{kind} {extreme.name} with the corrected (26) certified: {float(extreme.certified):.8g} {unit}"
+        told = f"{kind} {extreme.name} with the corrected (26) certified: {_value(extreme.certified)} {unit}"
     if extreme.refuted is not None:
-        told += f"; refuted by a witness at {float(extreme.refuted):.8g} {unit}"
+        told += f"; refuted by a witness at {_value(extreme.refuted)} {unit}"
     else:
         told += "; no value tried was refuted"
     if extreme.undecided:
-        told += f"; undecided at {', '.join(f'{float(value):.8g}' for value in extreme.undecided)} {unit}"
+        told += f"; undecided at {', '.join(map(_value, extreme.undecided))} {unit}"
     return told
+
+
+def _value(value: Fraction) -> str:
+    """Return a value as `--set` takes it, exactly, and if that is a fraction as a decimal, too."""
+    exact = exact_text(value)
+    return f"{exact} (≈ {float(value):.6g})" if "/" in exact else exact
