@@ -8,7 +8,7 @@ from fractions import Fraction
 from swarmproof.margin.bounds import Margin, Proofs, Say, Solver, certified
 from swarmproof.margin.problem import Problem
 from swarmproof.semantics.switches import BadInput
-from swarmproof.theorem3.inequality import Truth, corrected, spectral_norm_bounds
+from swarmproof.theorem3.inequality import Truth, corrected, crossing_pair, spectral_norm_bounds, square_root_bounds
 from swarmproof.theorem3.parameters import Parameters, Reading
 
 #: What can be solved for: the largest T_c or v_max, the smallest d̂_min.
@@ -41,7 +41,7 @@ def decide(problem: Problem, say: Say = lambda message: None) -> tuple[Truth, Ma
     Returns the margin (with its certificate) that certifies it, if it holds.
     """
     given = problem.parameters
-    if corrected(given, Fraction(0), Fraction(0)) is Truth.FAILS:
+    if corrected(given, _crossing_dip(given), given.d_hat_min) is Truth.FAILS:
         return Truth.FAILS, None
     high = spectral_norm_bounds(given.theta_inverse)[1]
     limit = given.d_hat_min - given.d_min - 2 * high * given.tracking_error
@@ -53,6 +53,18 @@ def decide(problem: Problem, say: Say = lambda message: None) -> tuple[Truth, Ma
     if solver.prove(lambda: limit, proofs):
         return Truth.HOLDS, certified(solver, [proofs], say)
     return corrected(given, solver.lower, given.d_hat_min), None
+
+
+def _crossing_dip(given: Parameters) -> Fraction:
+    """Return a dip (m) that is there in every reading, in no time: that of two UAVs that pass at constant velocity."""
+    pair = crossing_pair(given)
+    if pair is None:
+        return Fraction(0)
+    relative = [one - other for one, other in zip(*pair, strict=True)]
+    rows = given.theta_inverse
+    scaled = (sum((a * b for a, b in zip(row, relative, strict=True)), Fraction(0)) for row in rows)
+    distance = square_root_bounds(sum((value**2 for value in scaled), Fraction(0)))[1]
+    return max(given.d_hat_min - distance, Fraction(0))
 
 
 def solve_for(name: str, given: Parameters, reading: Reading, say: Say = lambda message: None) -> Extreme:

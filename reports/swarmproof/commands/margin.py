@@ -63,7 +63,7 @@ def add_parser(commands: Any) -> None:
 
 
 def _count(text: str) -> int:
-    if not text.isdigit():
+    if not text.isdecimal() or len(text) > 9:
         raise argparse.ArgumentTypeError(f"{text!r} is no whole number of at least 0")
     return int(text)
 
@@ -224,17 +224,19 @@ def _worst(truths: Iterable[Truth]) -> int:
 
 def _print_sweep(console: Console, results: Sequence[Margin]) -> None:
     table = Table(box=None, padding=(0, 1))
-    for name in ("reading", "changed", "Δd_min,cont from", "to (m)", "width/d̂_min", "(26) printed", "corrected"):
-        table.add_column(name, justify="right" if name in ("Δd_min,cont from", "to (m)", "width/d̂_min") else "left")
+    for name in ("reading", "changed", "Δd_min,cont (m)", "width", "printed", "corrected"):
+        table.add_column(name, no_wrap=name != "changed", overflow="fold")
     for found in results:
         given = found.problem.parameters
         truths = printed(given, found.lower, found.upper), _truth(found)
         table.add_row(
             found.problem.reading.value,
             escape(given.describe()) or "–",
-            margin_words.decimal_below(found.lower, 9),
-            margin_words.decimal_above(found.upper, 9),
+            f"{margin_words.rounded_down(found.lower, 7)} … {margin_words.rounded_up(found.upper, 7)}",
             f"{float((found.upper - found.lower) / given.d_hat_min):.0e}",
             *(f"[{_COLOURS[truth]}]{truth.value}[/]" for truth in truths),
         )
     console.print(table)
+    console.print(
+        "width: of the interval, relative to d̂_min; printed, corrected: inequality (26)", style="bright_black"
+    )

@@ -50,6 +50,18 @@ def decimal_above(value: Fraction, places: int) -> str:
     return f"{ceil(value * 10**places) / 10**places:.{places}f}"
 
 
+def rounded_down(value: Fraction, digits: int) -> str:
+    """Return the largest decimal with `digits` digits after the point that is not above a nonnegative number."""
+    whole, rest = divmod(floor(value * 10**digits), 10**digits)
+    return f"{whole}.{rest:0{digits}d}"
+
+
+def rounded_up(value: Fraction, digits: int) -> str:
+    """Return the smallest decimal with `digits` digits after the point that is not below a nonnegative number."""
+    whole, rest = divmod(ceil(value * 10**digits), 10**digits)
+    return f"{whole}.{rest:0{digits}d}"
+
+
 def document(margin: Margin, extreme: Extreme | None = None) -> dict[str, Any]:
     """Return the JSON document of a margin (schema `swarmproof.margin/1`); floats are rounded to the safe side."""
     given = margin.problem.parameters
