@@ -1,4 +1,4 @@
-"""What the tests of the margin share: parameters by changes, margins that are computed once, and the brute force's view."""
+"""What the tests of the margin share: parameters by changes, margins that are computed once, and settings."""
 
 from __future__ import annotations
 

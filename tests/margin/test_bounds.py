@@ -129,8 +129,8 @@ def problems(draw: st.DrawFn, readings: tuple[Reading, ...] = (INITIAL_STATE, AS
         f"v_max={speeds}",
         f"a_max={draw(st.sampled_from((3, 5, 8)))}",
         f"j_max={draw(st.sampled_from((5, 40)))}",
-        f"order={2 if reading is WHOLE_MOTION else draw(st.sampled_from(ORDERS))}",
-        f"T_c={draw(st.sampled_from(('0.05', '0.1')))}",
+        f"order={2 if reading is WHOLE_MOTION else 3 if reading is INITIAL_STATE else draw(st.sampled_from(ORDERS))}",
+        "T_c=0.05",
         f"d_hat_min={draw(st.sampled_from(('0.25', '0.3')))}",
     )
 
@@ -154,21 +154,21 @@ def _check_monotone(asked: Problem, name: str, axis: int) -> None:
     assert solved(asked).lower <= solved(wider).upper
 
 
-@examples(6)
+@examples(4)
 @given(problems(), st.sampled_from(("v_max", "a_max", "j_max")), st.integers(0, 2))
 def test_larger_bounds_allow_larger_dips(asked: Problem, name: str, axis: int) -> None:
     """The dip does not fall if a bound grows, on one axis."""
     _check_monotone(asked, name, axis)
 
 
-@examples(4)
+@examples(2)
 @given(problems((INITIAL_STATE, WHOLE_MOTION)))
 def test_longer_windows_allow_larger_dips(asked: Problem) -> None:
     """The dip does not fall if T_c grows, where it is not tied to T_s."""
     _check_monotone(asked, "T_c", 0)
 
 
-@examples(4)
+@examples(2)
 @given(problems((WHOLE_MOTION,)))
 def test_bounds_at_all_times_allow_less(asked: Problem) -> None:
     """`whole-motion` allows no more than `initial-state`."""
@@ -176,7 +176,7 @@ def test_bounds_at_all_times_allow_less(asked: Problem) -> None:
     assert solved(asked).lower <= solved(printed).upper
 
 
-@examples(3)
+@examples(2)
 @given(problems((AS_SAMPLED,)))
 def test_bounds_that_hold_more_often_allow_less(asked: Problem) -> None:
     """X at twice as many samples of `as-sampled` does not allow a larger dip."""
@@ -204,14 +204,14 @@ def _check_times(asked: Problem, scale: Fraction) -> None:
 SCALES = st.sampled_from((Fraction(1, 3), Fraction(2), Fraction(7)))
 
 
-@examples(4)
+@examples(3)
 @given(problems((INITIAL_STATE, AS_SAMPLED, WHOLE_MOTION)), SCALES)
 def test_the_dip_is_a_length(asked: Problem, scale: Fraction) -> None:
     """With all lengths multiplied by a factor, so is the dip."""
     _check_lengths(asked, scale)
 
 
-@examples(4)
+@examples(3)
 @given(problems((INITIAL_STATE, AS_SAMPLED, WHOLE_MOTION)), SCALES)
 def test_the_dip_depends_on_no_unit_of_time(asked: Problem, scale: Fraction) -> None:
     """With all times multiplied by a factor, and rates divided by its powers, the dip stays."""
@@ -226,13 +226,17 @@ def _check_permuted(asked: Problem, order: tuple[int, ...]) -> None:
     assert overlap(solved(asked), solved(_changed(asked, *changes, f"theta_inverse={matrix}")))
 
 
-@examples(4)
+@examples(3)
 @given(problems((INITIAL_STATE, AS_SAMPLED, WHOLE_MOTION)), st.permutations(range(3)))
 def test_axes_may_be_permuted(asked: Problem, order: list[int]) -> None:
     """With the axes in another order, everywhere, the dip stays."""
     _check_permuted(asked, tuple(order))
 
 
+@pytest.mark.parametrize(
+    "reading",
+    [AS_SAMPLED, *(pytest.param(reading, marks=pytest.mark.deep) for reading in (INITIAL_STATE, WHOLE_MOTION))],
+)
 @pytest.mark.parametrize(
     "theta_inverse",
     [
@@ -241,19 +245,18 @@ def test_axes_may_be_permuted(asked: Problem, order: list[int]) -> None:
         "1,0.3,0,0.3,0.8,0.2,0,0.2,0.5",  # z mirrored
     ],
 )
-def test_theta_may_be_turned_by_a_right_angle_and_mirrored(theta_inverse: str) -> None:
+def test_theta_may_be_turned_by_a_right_angle_and_mirrored(theta_inverse: str, reading: Reading) -> None:
     """With equal bounds on all axes, turning Θ by 90 degrees or mirroring it leaves the dip as it is."""
     changes = ("order=2", "T_c=0.05", "v_max=1")
-    for reading in READINGS:
-        turned = bounds(reading, *changes, f"theta_inverse={theta_inverse}")
-        assert overlap(bounds(reading, *changes, TILTED), turned)
-        assert relative_width(turned) <= 1e-3
+    turned = bounds(reading, *changes, f"theta_inverse={theta_inverse}")
+    assert overlap(bounds(reading, *changes, TILTED), turned)
+    assert relative_width(turned) <= 0.02
 
 
 @every_reading
 def test_theta_that_is_nearly_diagonal_leads_to_the_dip_of_a_diagonal_one(reading: Reading) -> None:
     """The proof for Θ that is not diagonal, which mirrors x alone, agrees with the one that mirrors all axes."""
-    changes = ("order=2", "T_c=0.05", "v_max=1,0.8,0.6")
+    changes = ("order=2", "T_c=0.05", "v_max=1.3,0.7,1")
     straight = bounds(reading, *changes)
     nearly = bounds(reading, *changes, "theta_inverse=1,1e-9,0,1e-9,1,0,0,0,1/6")
     assert not nearly.problem.diagonal
@@ -300,9 +303,9 @@ def test_all_properties_hold_for_all_problems(asked: Problem, scale: Fraction, o
 
 # ---- brute force
 
-RANDOM: list[tuple[str, ...]] = [
+RANDOM = [
     ("T_c=0.05", "v_max=1.3,0.7,1"),
-    ("T_c=0.05", "v_max=1", TILTED),
+    pytest.param(("T_c=0.05", "v_max=1", TILTED), marks=pytest.mark.deep),
 ]
 
 
@@ -393,7 +396,7 @@ SINGLE_CHANGES = [
     [
         (INITIAL_STATE, ("T_c=0.05",)),
         (AS_SAMPLED, ("d_hat_min=0.35",)),
-        (WHOLE_MOTION, ("theta_inverse=1",)),
+        (WHOLE_MOTION, ("T_c=0.05",)),
         (AS_SAMPLED, ("v_max=0.5",)),
     ],
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -14,7 +14,7 @@ from swarmproof.margin.extremes import Extremes, extremes
 from swarmproof.margin.problem import Problem
 from swarmproof.margin.prove import Blocked, Budget, Cell, WindowProver
 from swarmproof.margin.witness import Witness, exact_witness
-from swarmproof.theorem3.parameters import Parameters, Reading
+from swarmproof.theorem3.parameters import Parameters, Reading, Vector
 
 #: Widths of the interval (relative to d̂_min) that are tried one after the other, until one fails, and how many parts of
 #: cells each may take; the last one is a bonus.
@@ -55,6 +55,8 @@ class Solver:
         self._by_kind: list[Extremes] = [extremes(problem, self._kinds.index(k)) for k in range(len(distinct))]
         self._ascents: dict[int, Ascent] = {}
         self.witness: Witness | None = None
+        #: The largest dip found if no workspace confined the pair (m); proofs ignore the workspace.
+        self.reached = Fraction(0)
 
     @property
     def lower(self) -> Fraction:
@@ -69,25 +71,46 @@ class Solver:
                 self._take(candidate)
             if self.lower == self.problem.parameters.d_hat_min:
                 return
+        if self.problem.parameters.workspace is not None:
+            self._search_flat()
+
+    def _search_flat(self) -> None:
+        """Look for witnesses that do not move along the axes on which the workspace has no room for two UAVs."""
+        given, still = self.problem.parameters, Fraction(0)
+        assert given.workspace is not None
+        sizes = [
+            float(high - low) * abs(self.problem.scaling[:, k]).max() for k, (low, high) in enumerate(given.workspace)
+        ]
+        wide = [size >= self.problem.distance for size in sizes]
+
+        def limited(bounds: Vector) -> Vector:
+            x, y, z = (bound if room else still for bound, room in zip(bounds, wide, strict=True))
+            return x, y, z
+
+        flat = replace(given, v_max=limited(given.v_max), a_max=limited(given.a_max), j_max=limited(given.j_max))
+        solver = Solver(Problem(flat, self.problem.reading))
+        for window in self.problem.windows:
+            for candidate in solver._ascent(window).from_scratch():
+                self._take(candidate)
 
     def above(self, width: Fraction) -> Callable[[], Fraction]:
         """Return what gives the dip that is `width`·d̂_min above the largest one found so far, with ten decimals."""
-        return lambda: _rounded_up(self.lower + width * self.problem.parameters.d_hat_min)
+        return lambda: _rounded_up(self.reached + width * self.problem.parameters.d_hat_min)
 
     def _ascent(self, window: int) -> Ascent:
         if window not in self._ascents:
             self._ascents[window] = Ascent(self.problem, self._by_kind, self._kinds, window)
         return self._ascents[window]
 
-    def _take(self, candidate: Candidate) -> bool:
-        """Keep the candidate if it is exactly feasible and better; say whether it is."""
-        if candidate.dip <= float(self.lower) + 1e-13:
-            return False
-        witness = exact_witness(self.problem, candidate)
-        if witness is None or witness.dip <= self.lower:
-            return False
-        self.witness = witness
-        return True
+    def _take(self, candidate: Candidate) -> None:
+        """Keep the candidate if it is exactly feasible and better."""
+        if candidate.dip > float(self.reached) + 1e-13:
+            free = exact_witness(self.problem, candidate, confined=False)
+            self.reached = max(self.reached, free.dip if free else self.reached)
+        if candidate.dip > float(self.lower) + 1e-13:
+            witness = exact_witness(self.problem, candidate)
+            if witness is not None and witness.dip > self.lower:
+                self.witness = witness
 
     def prove(
         self, upper: Callable[[], Fraction], done: Proofs, before: Proofs | None = None, parts: int = 3000
@@ -103,22 +126,24 @@ class Solver:
             while window not in done or done[window][0] > upper():
                 goal = upper()
                 self._say(f"proving dip ≤ {float(goal):.7f} m, window {window + 1} of {len(self.problem.windows)}")
-                earlier, start = self.lower, before[window][1] if before and window in before else ()
+                earlier, start = self.reached, before[window][1] if before and window in before else ()
 
                 def refuted(blocked: Blocked, here: int = window, goal: Fraction = goal) -> bool:
                     ascent = self._ascent(here)
-                    candidate = ascent.from_corner(blocked, float(goal), float(self.lower))
-                    return candidate is not None and self._take(candidate) and self.lower > goal
+                    candidate = ascent.from_corner(blocked, float(goal), float(self.reached))
+                    if candidate is not None:
+                        self._take(candidate)
+                    return self.reached > goal
 
-                closest, spare = float(self.problem.parameters.d_hat_min - goal), float(goal - self.lower)
+                closest, spare = float(self.problem.parameters.d_hat_min - goal), float(goal - self.reached)
                 cells = prover.prove(closest, spare, budget, refuted, start)
                 if not isinstance(cells, Blocked):
                     done[window] = (goal, cells)
                     continue
                 improvements += 1
-                if self.lower <= earlier or improvements > MOST_IMPROVEMENTS or budget.spent:
+                if self.reached <= earlier or improvements > MOST_IMPROVEMENTS or budget.spent:
                     return False
-                if self.lower > upper():
+                if self.reached > upper():
                     return False
         return True
 
@@ -133,7 +158,7 @@ def margin(problem: Problem, say: Say = lambda message: None) -> Margin:
     solver = Solver(problem, say)
     solver.search()
     proofs: list[Proofs] = []
-    if solver.lower < distance:
+    if solver.reached < distance:
         for width, parts in WIDTHS:
             done: Proofs = {}
             if not solver.prove(solver.above(width), done, proofs[-1] if proofs else None, parts):

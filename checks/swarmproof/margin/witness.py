@@ -46,8 +46,11 @@ def rounded(value: float) -> Fraction:
     return Fraction(round(value * 10**DIGITS), 10**DIGITS)
 
 
-def exact_witness(problem: Problem, candidate: Candidate) -> Witness | None:
-    """Return the candidate as exact trajectories of both UAVs; None if no nearby pair is feasible."""
+def exact_witness(problem: Problem, candidate: Candidate, confined: bool = True) -> Witness | None:
+    """Return the candidate as exact trajectories of both UAVs; None if no nearby pair is feasible.
+
+    A workspace is kept to only if `confined`.
+    """
     given = problem.parameters
     motions = []
     for axis, motion in enumerate(candidate.motions):
@@ -62,7 +65,7 @@ def exact_witness(problem: Problem, candidate: Candidate) -> Witness | None:
     if offset is None:
         return None
     whole = [motion.shifted(shift) for motion, shift in zip(motions, offset, strict=True)]
-    if not _inside_workspace(problem, whole):
+    if confined and not _inside_workspace(problem, whole):
         return None
     centre = [(low + high) / 2 for low, high in given.workspace] if given.workspace else [Fraction(0)] * 3
     half = [motion.scaled(Fraction(1, 2)) for motion in whole]
@@ -160,7 +163,10 @@ def _closest(problem: Problem, delta: Floats, sagitta: Floats, fraction: float) 
     unit = chord / length if length > 1e-12 * problem.distance else np.zeros(3)
     across = middle - float(middle @ unit) * unit
     if float(np.linalg.norm(across)) < 1e-9 * problem.distance:
-        across = np.eye(3)[int(np.argmin(np.abs(unit)))]
+        # any direction across the motion will do: take the axis with most room, among those that the motion leaves free
+        room = [float(high - low) for low, high in problem.parameters.workspace or ((0, 1),) * 3]
+        free = np.abs(unit) < 0.9
+        across = np.eye(3)[int(np.argmax(np.where(free, np.array(room) * np.diagonal(problem.scaling), -1.0)))]
         across = across - float(across @ unit) * unit
     across = across / float(np.linalg.norm(across))
     return across * np.sqrt(max(problem.distance**2 - length**2 / 4, 0.0)) - middle, across

@@ -229,7 +229,9 @@ def _in_words(found: Counterexample) -> str:
 def scope(margin: Margin) -> str:
     """Return for which motions the interval holds."""
     given = margin.problem.parameters
-    box = "positions anywhere" if given.workspace is None else "positions within the workspace where states are bounded"
+    box = "positions anywhere"
+    if given.workspace is not None:
+        box = "the pair within the workspace where states are bounded (the upper bound does without)"
     return (
         f"Scope: any two UAVs with these bounds per axis; {_SOUND_FOR[margin.problem.reading]}; {box}. "
         "Lower bound: two explicit trajectories in fractions. Upper bound: certificate, checked exactly."
@@ -244,7 +246,9 @@ def solution(extreme: Extreme) -> str:
         told = f"no {extreme.name} was found for which the corrected (26) is certified"
     else:
         told = f"{kind} {extreme.name} with the corrected (26) certified: {_value(extreme.certified)} {unit}"
-    if extreme.refuted is not None:
+    if extreme.refuted is not None and extreme.certified is None:
+        told += f"; it is refuted {'up' if kind == 'smallest' else 'down'} to {_value(extreme.refuted)} {unit}"
+    elif extreme.refuted is not None:
         told += f"; refuted by a witness at {_value(extreme.refuted)} {unit}"
     else:
         told += "; no value tried was refuted"
