@@ -252,7 +252,7 @@ def test_all_names_in_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str])
         changes += ["--set", f"{name}={lists.get(name, value)}"]
     assert (code, document) == documents(capsys, "margin", *changes)[:2]
     assert "double integrator (acceleration input)" in said
-    assert "positions within the workspace" in said
+    assert "within the workspace" in said
 
 
 @pytest.mark.parametrize("reading", [Reading.INITIAL_STATE, pytest.param(Reading.WHOLE_MOTION, marks=pytest.mark.deep)])

@@ -52,7 +52,10 @@ def add_parser(commands: Any) -> None:
     parser.add_argument("--certificate", metavar="FILE", help="write the certificate, which --check verifies")
     parser.add_argument("--plot", metavar="FILE", help="draw the worst pair, or the sweep (.svg, .png, .pdf)")
     parser.add_argument(
-        "--solve-for", choices=NAMES, metavar="NAME", help=f"extreme value that is still safe: {', '.join(NAMES)}"
+        "--solve-for",
+        choices=NAMES,
+        metavar="NAME",
+        help=f"extreme value that is still safe: {', '.join(NAMES)} (v_max: one number for all axes)",
     )
     parser.add_argument("--check", metavar="CERTIFICATE", help="verify a certificate exactly, and nothing else")
     parser.add_argument(
@@ -91,7 +94,9 @@ def run(options: argparse.Namespace) -> int:
             extreme = solve_for(options.solve_for, base, reading, status.update)
         found = margin(problem, status.update)
     shown = found if extreme is None or extreme.margin is None else extreme.margin
-    if options.certificate is not None:
+    if options.certificate is not None and extreme is not None and extreme.margin is None:
+        console.print(f"No certificate is written: no {extreme.name} is certified.")
+    elif options.certificate is not None:
         write(shown, Path(options.certificate))
     if options.plot is not None:
         margin_plot.plot_margin(shown, Path(options.plot))
@@ -149,6 +154,9 @@ def _write_json(target: str | None, content: object) -> None:
 
 
 def _print(console: Console, found: Margin, extreme: Extreme | None) -> None:
+    if extreme is not None:
+        console.print(f"[bold]{escape(margin_words.solution(extreme))}[/bold]", soft_wrap=True)
+        console.print("For the parameters as given:")
     console.print(f"[bold]{escape(margin_words.headline(found))}[/bold]")
     table = Table(show_header=False, box=None, padding=(0, 2))
     table.add_column(min_width=21)
@@ -161,8 +169,6 @@ def _print(console: Console, found: Margin, extreme: Extreme | None) -> None:
         style = _COLOURS[verdict] if verdict is not None else ""
         table.add_row(name, text, style=style)
     console.print(table)
-    if extreme is not None:
-        console.print(f"[bold]{margin_words.solution(extreme)}[/bold]", soft_wrap=True)
     console.print(margin_words.scope(found), style="bright_black")
 
 
@@ -206,7 +212,14 @@ def _sweep(options: argparse.Namespace, base: Parameters, reading: Reading, cons
             name = file_name(problem).removesuffix(".json")
             bar.update(task, completed=number + (found is not None), description=name)
 
-        results = sweep(sets, folder, tell, lambda message: None)
+        try:
+            results = sweep(sets, folder, tell, lambda message: None)
+        except KeyboardInterrupt:
+            kept = (
+                "the same command goes on from here" if folder is not None else "with --results DIR they would be kept"
+            )
+            bar.console.print(f"{int(bar.tasks[0].completed)} of {len(sets)} sets are done; {kept}")
+            raise
     if options.plot is not None:
         margin_plot.plot_sweep(results, [axis.name for axis in axes], Path(options.plot))
     documents = [margin_words.document(found) for found in results]
@@ -224,7 +237,7 @@ def _worst(truths: Iterable[Truth]) -> int:
 
 def _print_sweep(console: Console, results: Sequence[Margin]) -> None:
     table = Table(box=None, padding=(0, 1))
-    for name in ("reading", "changed", "Δd_min,cont (m)", "width", "printed", "corrected"):
+    for name in ("reading", "changed", "Δd_min,cont (m)", "width", "(26)"):
         table.add_column(name, no_wrap=name != "changed", overflow="fold")
     for found in results:
         given = found.problem.parameters

@@ -36,8 +36,11 @@ def claim_file(path: Path) -> Path:
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        new = not path.exists()
         with path.open("ab"):
             pass
+        if new:
+            path.unlink()
     except OSError as error:
         raise BadInput(f"cannot write {path}: {error.strerror}; give a file that can be written, or -") from None
     return path
