@@ -42,7 +42,7 @@ def claim_file(path: Path) -> Path:
         if new:
             path.unlink()
     except OSError as error:
-        raise BadInput(f"cannot write {path}: {error.strerror}; give a file that can be written, or -") from None
+        raise BadInput(f"cannot write {path}: {error.strerror}; give a file that can be written") from None
     return path
 
 

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from swarmproof.margin.bounds import Margin
 from swarmproof.margin.witness import Motion
+from swarmproof.report.folder import claim_file
 from swarmproof.report.margin_sweep import draw_sweep
 from swarmproof.report.plot_style import (
     ASKED,
@@ -67,15 +68,7 @@ def check_path(path: Path) -> None:
         import matplotlib.figure  # noqa: F401
     except ImportError:
         raise BadInput("plots need matplotlib: install it by pip install 'swarmproof[plots]'") from None
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        new = not path.exists()
-        with path.open("ab"):
-            pass
-        if new:
-            path.unlink()
-    except OSError as error:
-        raise _unwritable(path, error) from None
+    claim_file(path)
 
 
 def plot_margin(margin: Margin, path: Path) -> None:
@@ -164,11 +157,7 @@ def _write(draw: Callable[[Figure], None], path: Path) -> None:
     try:
         path.write_bytes(content.getvalue())
     except OSError as error:
-        raise _unwritable(path, error) from None
-
-
-def _unwritable(path: Path, error: OSError) -> BadInput:
-    return BadInput(f"cannot write {path}: {error.strerror}; give a file that can be written")
+        raise BadInput(f"cannot write {path}: {error.strerror}; give a file that can be written") from None
 
 
 def _headline(margin: Margin) -> str:
