@@ -82,7 +82,7 @@ def test_hovering_uavs_do_not_dip(reading: Reading, order: int) -> None:
     assert relative_width(found) <= 1e-4
 
 
-@every_reading
+@pytest.mark.parametrize("reading", ONE_SUFFICES)
 @pytest.mark.parametrize(
     ("axis", "speed", "acceleration"),
     [
@@ -102,7 +102,7 @@ def test_motion_along_one_axis_has_a_closed_form(reading: Reading, axis: int, sp
     ("reading", "longest"),
     [
         # V·T + W·T²/2 + J·T³/6
-        (INITIAL_STATE, 2 * (2 * 0.1 + 2 * 0.1**2 / 2 + 5 * 0.1**3 / 6)),
+        pytest.param(INITIAL_STATE, 2 * (2 * 0.1 + 2 * 0.1**2 / 2 + 5 * 0.1**3 / 6), marks=pytest.mark.deep),
         # V·T
         pytest.param(WHOLE_MOTION, 2 * (2 * 0.1), marks=pytest.mark.deep),
         # ∫v of a quadratic v with v(0), v(T) ≤ V and v'' = −u ≥ −J is at most V·T + J·T³/12
@@ -172,7 +172,7 @@ def test_larger_bounds_allow_larger_dips(asked: Problem, name: str, axis: int) -
     _check_monotone(asked, name, axis)
 
 
-@examples(2)
+@examples(1)
 @given(problems((INITIAL_STATE, WHOLE_MOTION)))
 def test_longer_windows_allow_larger_dips(asked: Problem) -> None:
     """The dip does not fall if T_c grows, where it is not tied to T_s."""
@@ -249,7 +249,7 @@ def test_axes_may_be_permuted(asked: Problem, order: list[int]) -> None:
     "theta_inverse",
     [
         "0.8,-0.3,0.2,-0.3,1,0,0.2,0,0.5",  # turned by 90 degrees about z
-        "1,-0.3,0,-0.3,0.8,0.2,0,0.2,0.5",  # y mirrored
+        pytest.param("1,-0.3,0,-0.3,0.8,0.2,0,0.2,0.5", marks=pytest.mark.deep),  # y mirrored
         pytest.param("1,0.3,0,0.3,0.8,0.2,0,0.2,0.5", marks=pytest.mark.deep),  # z mirrored
     ],
 )

@@ -16,13 +16,16 @@ from swarmproof.margin.prove import Blocked, Budget, Cell, WindowProver
 from swarmproof.margin.witness import Witness, exact_witness
 from swarmproof.theorem3.parameters import Parameters, Reading, Vector
 
-#: Widths of the interval (relative to d̂_min) that are tried one after the other, until one fails, and how many parts of
-#: cells each may take; the last one is a bonus.
-WIDTHS = ((Fraction(1, 100), 3000), (Fraction(5, 10**5), 3000), (Fraction(5, 10**6), 900))
-#: The same for where even the first one fails.
-WIDE = ((Fraction(1, 10), 3000), (Fraction(1, 3), 3000))
-#: Cells of τ that one attempt may look at.
-MOST_CELLS = 2000
+#: Widths of the interval (relative to d̂_min) that are tried one after the other, until one fails.
+WIDTHS = (Fraction(1, 100), Fraction(5, 10**5))
+#: A width that is a bonus: it is tried with a small budget.
+NARROWEST = Fraction(5, 10**6)
+#: Widths for where even the first one fails.
+WIDE = (Fraction(1, 10), Fraction(1, 3))
+#: Cells of τ, and parts of them, that one attempt may look at.
+LARGE_BUDGET = 2000, 3000
+#: The same for the bonus: in one window, in each further one, and where every cell takes many linear programs.
+SMALL_BUDGET, SMALL_BUDGET_MORE, SMALL_BUDGET_SLOW = (60, 500), (20, 100), (24, 250)
 #: Improvements of the witness during one attempt.
 MOST_IMPROVEMENTS = 30
 
@@ -113,14 +116,18 @@ class Solver:
                 self.witness = witness
 
     def prove(
-        self, upper: Callable[[], Fraction], done: Proofs, before: Proofs | None = None, parts: int = 3000
+        self,
+        upper: Callable[[], Fraction],
+        done: Proofs,
+        before: Proofs | None = None,
+        limits: tuple[int, int] = LARGE_BUDGET,
     ) -> bool:
         """Prove that no dip exceeds `upper()` (m), which may grow as better witnesses are found; say whether it worked.
 
         `done` receives what was proved per window, and keeps what is still good; `before` are weaker proofs to go on
         from. It fails as soon as a witness is found that exceeds an upper bound that does not grow.
         """
-        budget, improvements = Budget(MOST_CELLS, parts), 0
+        budget, improvements = Budget(*limits), 0
         for window in self.problem.windows:
             prover = WindowProver(self.problem, self._by_kind, self._kinds, window)
             while window not in done or done[window][0] > upper():
@@ -159,14 +166,19 @@ def margin(problem: Problem, say: Say = lambda message: None) -> Margin:
     solver.search()
     proofs: list[Proofs] = []
     if solver.reached < distance:
-        for width, parts in WIDTHS:
+        more = len(problem.windows) - 1
+        small = SMALL_BUDGET[0] + more * SMALL_BUDGET_MORE[0], SMALL_BUDGET[1] + more * SMALL_BUDGET_MORE[1]
+        if problem.reading is Reading.WHOLE_MOTION and problem.order == 3:
+            small = SMALL_BUDGET_SLOW
+        for width in (*WIDTHS, NARROWEST):
             done: Proofs = {}
-            if not solver.prove(solver.above(width), done, proofs[-1] if proofs else None, parts):
+            limits = small if width == NARROWEST else LARGE_BUDGET
+            if not solver.prove(solver.above(width), done, proofs[-1] if proofs else None, limits):
                 break
             proofs.append(done)
-        for width, parts in WIDE if not proofs else ():
+        for width in WIDE if not proofs else ():
             done = {}
-            if solver.prove(solver.above(width), done, None, parts):
+            if solver.prove(solver.above(width), done):
                 proofs.append(done)
                 break
     return certified(solver, proofs, say)
