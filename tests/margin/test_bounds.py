@@ -298,7 +298,7 @@ def hard_problems(draw: st.DrawFn) -> Problem:
 
 
 @pytest.mark.deep
-@examples(15)
+@examples(2)
 @given(hard_problems(), SCALES, st.permutations(range(3)), st.sampled_from(("v_max", "a_max", "j_max", "T_c")))
 def test_all_properties_hold_for_all_problems(asked: Problem, scale: Fraction, order: list[int], name: str) -> None:
     """Scaling, permuting and growing bounds, for all readings and both orders."""
@@ -344,9 +344,8 @@ def test_no_random_pair_of_many_settings_beats_the_upper_bound(reading: Reading,
     ]
     for changes in many:
         found = bounds(reading, f"order={order}", *changes)
-        for seed in range(5):
-            drawn = random_dips(setting(found.problem), reading.value, 20_000, seed)
-            assert drawn.max() <= float(found.upper) + 1e-9
+        drawn = random_dips(setting(found.problem), reading.value, 20_000, seed=0)
+        assert drawn.max() <= float(found.upper) + 1e-9
 
 
 def _check_search(found: Margin) -> None:
@@ -377,8 +376,6 @@ def test_an_independent_search_agrees(reading: Reading, changes: tuple[str, ...]
     [
         ("T_c=0.05", TILTED),
         ("v_max=0.5",),
-        ("v_max=0.2,1,0.5", "a_max=1,5,10", "j_max=100"),
-        ("theta_inverse=1", "v_max=0.8", "T_s=0.1"),
     ],
 )
 def test_an_independent_search_agrees_in_many_settings(reading: Reading, order: int, changes: tuple[str, ...]) -> None:
