@@ -17,6 +17,7 @@ from swarmproof.theorem3.inequality import (
     Truth,
     corrected,
     counterexample,
+    crossing_pair,
     guaranteed_separation,
     hovering_pair,
     printed,
@@ -452,3 +453,22 @@ def test_a_weaker_inequality_is_refuted(mistake: str) -> None:
 def test_a_stricter_inequality_is_noticed() -> None:
     """An inequality that counts the errors four times denies what nothing refutes."""
     assert _needlessly_strict(lambda some: some.d_hat_min >= some.d_min + 4 * _norm(some) * some.tracking_error)
+
+
+def test_a_crossing_pair_is_d_hat_min_apart_at_both_samples() -> None:
+    """It dips as the chord of a circle does: 0.25² − 0.02 for the published speeds and Θ at T_c = 0.05 s."""
+    some = Parameters().with_changes(["T_c=0.05"])
+    pair = crossing_pair(some)
+    assert pair is not None
+    relative = _minus(*pair)
+    way = (Fraction(1, 5), Fraction(1, 5), ZERO)  # 2 · 2 m/s · T_c on x and on y
+    for sign in (1, -1):
+        end = _minus(relative, (sign * way[0] / 2, sign * way[1] / 2, ZERO))
+        assert some.d_hat_min**2 <= _scaled_square(some.theta_inverse, end) <= some.d_hat_min**2 + Fraction(1, 10**9)
+    middle = _scaled_square(some.theta_inverse, relative)
+    assert abs(middle - (some.d_hat_min**2 - Fraction(2, 100))) <= Fraction(1, 10**9)
+
+
+def test_there_is_no_crossing_pair_where_uavs_pass_through_each_other() -> None:
+    """With the published T_c the way between two samples is longer than twice d̂_min."""
+    assert crossing_pair(Parameters()) is None

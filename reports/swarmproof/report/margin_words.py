@@ -14,6 +14,7 @@ from swarmproof.theorem3.inequality import (
     Truth,
     corrected,
     counterexample,
+    crossing_pair,
     guaranteed_separation,
     printed,
     square_root_bounds,
@@ -95,12 +96,12 @@ def refutation(margin: Margin) -> Counterexample | None:
     given = margin.problem.parameters
     if printed(given, margin.lower, margin.upper) is not Truth.HOLDS:
         return None
-    references = None
-    if margin.witness is not None:
-        time = margin.witness.start + margin.witness.tau
-        i, j = (_positions(motion, time) for motion in (margin.witness.uav_i, margin.witness.uav_j))
-        references = (i[0], i[1], i[2]), (j[0], j[1], j[2])
-    return counterexample(given, references)
+    crossing = counterexample(given, crossing_pair(given))
+    if crossing is not None or margin.witness is None:
+        return crossing
+    time = margin.witness.start + margin.witness.tau
+    i, j = (_positions(motion, time) for motion in (margin.witness.uav_i, margin.witness.uav_j))
+    return counterexample(given, ((i[0], i[1], i[2]), (j[0], j[1], j[2])))
 
 
 def _positions(motion: Motion, time: Fraction) -> list[Fraction]:

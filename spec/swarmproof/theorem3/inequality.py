@@ -82,11 +82,10 @@ def guaranteed_separation(parameters: Parameters, dip_upper: Fraction) -> Fracti
 def counterexample(parameters: Parameters, references: Pair | None = None) -> Counterexample | None:
     """Return tracking errors that bring two UAVs closer than d_min, or None if none were found.
 
-    Tried are two references that hover d̂_min apart, then two that cross at constant velocity, then `references`: the
-    positions (m) at their closest approach of two references that keep the premises of eq. (24). Whether (26) holds as
-    printed is left to :func:`printed`.
+    Tried are two references that hover d̂_min apart, then `references`: the positions (m) at their closest approach of
+    two references that keep the premises of eq. (24). Whether (26) holds as printed is left to :func:`printed`.
     """
-    for pair in (hovering_pair(parameters), crossing_pair(parameters), references):
+    for pair in (hovering_pair(parameters), references):
         found = pair and _pushed_together(parameters, pair)
         if found:
             return found
