@@ -8,7 +8,14 @@ from fractions import Fraction
 from swarmproof.margin.bounds import Margin, Proofs, Say, Solver, certified
 from swarmproof.margin.problem import Problem
 from swarmproof.semantics.switches import BadInput
-from swarmproof.theorem3.inequality import Truth, corrected, crossing_pair, spectral_norm_bounds, square_root_bounds
+from swarmproof.theorem3.inequality import (
+    Truth,
+    corrected,
+    crossing_pair,
+    scaled_square,
+    spectral_norm_bounds,
+    square_root_bounds,
+)
 from swarmproof.theorem3.parameters import Parameters, Reading
 
 #: What can be solved for: the largest T_c or v_max, the smallest d̂_min.
@@ -60,10 +67,8 @@ def _crossing_dip(given: Parameters) -> Fraction:
     pair = crossing_pair(given)
     if pair is None:
         return Fraction(0)
-    relative = [one - other for one, other in zip(*pair, strict=True)]
-    rows = given.theta_inverse
-    scaled = (sum((a * b for a, b in zip(row, relative, strict=True)), Fraction(0)) for row in rows)
-    distance = square_root_bounds(sum((value**2 for value in scaled), Fraction(0)))[1]
+    x, y, z = (one - other for one, other in zip(*pair, strict=True))
+    distance = square_root_bounds(scaled_square(given.theta_inverse, (x, y, z)))[1]
     return max(given.d_hat_min - distance, Fraction(0))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
@@ -11,7 +11,7 @@ from swarmproof.margin.ascent import Candidate, slope
 from swarmproof.margin.functional import Moment
 from swarmproof.margin.problem import Floats, Problem
 from swarmproof.motion.integrator import AxisMotion
-from swarmproof.theorem3.inequality import square_root_bounds
+from swarmproof.theorem3.inequality import scaled_square, square_root_bounds
 from swarmproof.theorem3.parameters import Reading, Vector
 
 Motion = tuple[AxisMotion[Fraction], ...]
@@ -77,9 +77,10 @@ def exact_witness(problem: Problem, candidate: Candidate, confined: bool = True)
 def make_witness(problem: Problem, window: int, tau: Fraction, uav_i: Motion, uav_j: Motion) -> Witness:
     """Return the witness of two motions, with its dip."""
     start = window * problem.parameters.T_c if problem.reading is Reading.AS_SAMPLED else Fraction(0)
-    relative = [i.position(start + tau) - j.position(start + tau) for i, j in zip(uav_i, uav_j, strict=True)]
-    distance = square_root_bounds(_squared(problem, relative), DIGITS)[1]
-    return Witness(window, start, tau, uav_i, uav_j, max(problem.parameters.d_hat_min - distance, Fraction(0)))
+    found = Witness(window, start, tau, uav_i, uav_j, Fraction(0))
+    closest = scaled_square(problem.parameters.theta_inverse, found.relative(start + tau))
+    distance = square_root_bounds(closest, DIGITS)[1]
+    return replace(found, dip=max(problem.parameters.d_hat_min - distance, Fraction(0)))
 
 
 def _exact(problem: Problem, motion: AxisMotion[float]) -> AxisMotion[Fraction]:
@@ -114,7 +115,7 @@ def _excess(problem: Problem, axis: int, motion: AxisMotion[Fraction]) -> Fracti
             times.append(times[-1] + duration)
     for time in times:
         state = motion.at(time)
-        values += [(abs(state[m]), bound) for m, bound in bounds.derivatives if m > 0]
+        values += [(abs(state[m]), bound) for m, bound in bounds.derivatives]
     if any(bound == 0 and value > 0 for value, bound in values):
         return None
     return max((value / bound for value, bound in values if bound > 0), default=Fraction(0))
@@ -127,8 +128,7 @@ def _place(problem: Problem, motions: list[AxisMotion[Fraction]], start: Fractio
     first, here, last = ([motion.position(time) for motion in motions] for time in times)
     moment = Moment(float(start), float(tau), float(given.T_c))
     fraction = moment.fraction
-    at = (np.array([float(value) for value in values]) for values in (first, here, last))
-    w0, w, wt = at
+    w0, w, wt = (np.array([float(value) for value in values]) for values in (first, here, last))
     delta, sagitta = wt - w0, (1 - fraction) * w0 + fraction * wt - w
     here_scaled, outward_scaled = _closest(problem, delta, sagitta, fraction)
     position = np.linalg.solve(problem.scaling, here_scaled)
@@ -138,8 +138,8 @@ def _place(problem: Problem, motions: list[AxisMotion[Fraction]], start: Fractio
     while push < 1e-3 * distance:
         x, y, z = (-here[k] if through else rounded(float(position[k] + push * outward[k])) - here[k] for k in range(3))
         shift: Vector = (x, y, z)
-        ends = ([value[k] + shift[k] for k in range(3)] for value in (first, last))
-        if all(_squared(problem, end) >= given.d_hat_min**2 for end in ends):
+        ends = ((at[0] + x, at[1] + y, at[2] + z) for at in (first, last))
+        if all(scaled_square(given.theta_inverse, end) >= given.d_hat_min**2 for end in ends):
             return shift
         if through:
             through, outward = False, np.linalg.solve(problem.scaling, np.ones(3))
@@ -170,14 +170,6 @@ def _closest(problem: Problem, delta: Floats, sagitta: Floats, fraction: float) 
         across = across - float(across @ unit) * unit
     across = across / float(np.linalg.norm(across))
     return across * np.sqrt(max(problem.distance**2 - length**2 / 4, 0.0)) - middle, across
-
-
-def _squared(problem: Problem, relative: list[Fraction]) -> Fraction:
-    """Return ‖Θ⁻¹w‖² exactly."""
-    rows = problem.parameters.theta_inverse
-    return sum(
-        (sum((a * b for a, b in zip(row, relative, strict=True)), Fraction(0)) ** 2 for row in rows), Fraction(0)
-    )
 
 
 def _inside_workspace(problem: Problem, motions: list[AxisMotion[Fraction]]) -> bool:

@@ -17,6 +17,7 @@ from swarmproof.margin.bounds import Margin
 from swarmproof.margin.witness import Motion
 from swarmproof.report.folder import claim_file
 from swarmproof.report.margin_sweep import draw_sweep
+from swarmproof.report.margin_words import scaled_distance
 from swarmproof.report.plot_style import (
     ASKED,
     BLUE,
@@ -111,9 +112,7 @@ def distance_curve(margin: Margin) -> tuple[Floats, Floats]:
     given, witness, times = margin.problem.parameters, margin.witness, _times(margin)
     distances = [float(given.d_hat_min)] * len(times)
     if witness is not None:
-        relative = (witness.relative(witness.start + time) for time in times)
-        scaled = ([sum(a * b for a, b in zip(row, w, strict=True)) for row in given.theta_inverse] for w in relative)
-        distances = [math.sqrt(sum(part**2 for part in parts)) for parts in scaled]
+        distances = [scaled_distance(margin, time) for time in times]
     return np.array([float(time) for time in times]), np.array(distances)
 
 

@@ -17,6 +17,7 @@ from swarmproof.theorem3.inequality import (
     crossing_pair,
     guaranteed_separation,
     printed,
+    scaled_square,
     square_root_bounds,
 )
 from swarmproof.theorem3.parameters import Reading, exact_text
@@ -127,9 +128,7 @@ def scaled_distance(margin: Margin, time: Fraction) -> float:
     if margin.witness is None:
         raise ValueError("a margin with lower = 0 has no witness")
     relative = margin.witness.relative(margin.witness.start + time)
-    rows = margin.problem.parameters.theta_inverse
-    scaled = [sum((a * b for a, b in zip(row, relative, strict=True)), Fraction(0)) for row in rows]
-    return float(square_root_bounds(sum((value**2 for value in scaled), Fraction(0)))[0])
+    return sqrt(scaled_square(margin.problem.parameters.theta_inverse, relative))
 
 
 def _state(motion: Motion, time: Fraction) -> dict[str, list[float]]:

@@ -99,7 +99,7 @@ def hovering_pair(parameters: Parameters) -> Pair | None:
     a relative 1e-12. None if the workspace has no room for the pair.
     """
     direction = _stretched_most(parameters.theta_inverse)
-    stretched, _ = square_root_bounds(_square(_times(parameters.theta_inverse, direction)))
+    stretched, _ = square_root_bounds(scaled_square(parameters.theta_inverse, direction))
     offset = _scaled(direction, parameters.d_hat_min / stretched / 2)
     centre = (Fraction(0), Fraction(0), Fraction(0))
     if parameters.workspace is not None:
@@ -135,6 +135,11 @@ def crossing_pair(parameters: Parameters) -> Pair | None:
     offset[one], offset[other] = -stretch * way[1] / scales[0] / 2, stretch * way[0] / scales[1] / 2
     x, y, z = offset
     return (x, y, z), (-x, -y, -z)
+
+
+def scaled_square(theta_inverse: Matrix, vector: Vector) -> Fraction:
+    """Return ‖Θ⁻¹ vector‖² exactly: the square of eq. (2)'s distance, for the difference of two positions."""
+    return _square(_times(theta_inverse, vector))
 
 
 def spectral_norm_bounds(matrix: Matrix, digits: int = DIGITS) -> tuple[Fraction, Fraction]:
@@ -206,7 +211,7 @@ def _pushed_along(parameters: Parameters, references: Pair, direction: Vector) -
         references=references,
         positions=positions,
         squared_reference_distance=_square(scaled),
-        squared_distance=_square(_times(theta_inverse, left)),
+        squared_distance=scaled_square(theta_inverse, left),
         d_min=parameters.d_min,
         tracking_error=error,
     )
