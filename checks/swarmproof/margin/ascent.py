@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from swarmproof.margin.corners import closeness, squares, sums
 from swarmproof.margin.extremes import Extremes
 from swarmproof.margin.functional import Moment
 from swarmproof.margin.problem import Floats, Problem
@@ -49,14 +50,12 @@ class Slope:
 
 def slope(problem: Problem, delta: Floats, sagitta: Floats, fraction: float) -> Slope:
     """Return min over t of −(*) for one (δ, g), both of shape (3,), at τ/T_c = `fraction`, and its gradient there."""
-    scaling, square = problem.scaling, problem.distance**2
+    scaling = problem.scaling
     scaled_delta, scaled_sagitta = scaling @ delta, scaling @ sagitta
-    dd, gd, gg = (float(a @ b) for a, b in ((scaled_delta,) * 2, (scaled_sagitta, scaled_delta), (scaled_sagitta,) * 2))
+    known = squares(scaled_delta[None, :], scaled_sagitta[None, :])
 
     def value(t: Floats) -> Floats:
-        left = square - (fraction + t) * (1 - fraction - t) * dd
-        off = np.sqrt(np.maximum(gg + 2 * t * gd + t * t * dd, 0.0))
-        return np.where(left >= 0, off - np.sqrt(np.maximum(left, 0.0)), np.inf)
+        return closeness(*known, problem.distance, (fraction + t) * (1 - fraction - t), t)
 
     low, high = -fraction, 1 - fraction
     for _ in range(7):
@@ -67,7 +66,7 @@ def slope(problem: Problem, delta: Floats, sagitta: Floats, fraction: float) -> 
     weight = (fraction + t) * (1 - fraction - t)
     off = scaled_sagitta + t * scaled_delta
     size = float(np.linalg.norm(off))
-    root = float(np.sqrt(max(square - weight * dd, 1e-12 * square)))
+    root = float(np.sqrt(max(problem.distance**2 - weight * float(known[0][0]), 1e-12 * problem.distance**2)))
     by_sagitta = scaling.T @ off / size if size > 1e-12 * problem.distance else np.zeros(3)
     by_delta = t * by_sagitta + weight * (scaling.T @ scaled_delta) / root
     return Slope(float(value(np.array([t]))[0]), t, by_delta, by_sagitta)
@@ -138,9 +137,9 @@ class Ascent:
             gaps = [float(np.hypot(*(np.array(moment.point(motion)) - points[axis]))) for motion in beside]
             motions.append(beside[int(np.argmin(gaps))])
         reached = np.array([moment.point(motion) for motion in motions])
-        closeness = slope(self.problem, reached[:, 0], reached[:, 1], fraction).closeness
-        missing = dip - self.problem.distance - closeness
-        if missing > max(NEARLY * (wanted.closeness - closeness), dip - known):
+        attained = slope(self.problem, reached[:, 0], reached[:, 1], fraction).closeness
+        missing = dip - self.problem.distance - attained
+        if missing > max(NEARLY * (wanted.closeness - attained), dip - known):
             return None
         return self._climb(fraction, motions)
 
@@ -153,17 +152,15 @@ class Ascent:
         points = [self._points(kind, fraction) for kind in self.kinds]
         shape = tuple(len(p) for p in points)
 
-        def summed(column: int) -> Floats:
-            x, y, z = (p[:, column, None] * self.problem.scaling[None, :, k] for k, p in enumerate(points))
-            return np.asarray((x[:, None, None] + y[None, :, None] + z[None, None, :]).reshape(-1, 3))
-
-        delta, sagitta = summed(0), summed(1)
-        dd, gd, gg = ((a * b).sum(axis=1) for a, b in ((delta, delta), (sagitta, delta), (sagitta, sagitta)))
-        best = np.full(len(dd), np.inf)
+        delta, sagitta = (
+            sums([p[:, column, None] * self.problem.scaling[None, :, k] for k, p in enumerate(points)])
+            for column in (0, 1)
+        )
+        known = squares(delta, sagitta)
+        best = np.full(len(delta), np.inf)
         for t in np.linspace(-fraction, 1 - fraction, 41):
-            left = self.problem.distance**2 - (fraction + t) * (1 - fraction - t) * dd
-            off = np.sqrt(np.maximum(gg + 2 * t * gd + t * t * dd, 0.0))
-            best = np.minimum(best, np.where(left >= 0, off - np.sqrt(np.maximum(left, 0.0)), np.inf))
+            product = float((fraction + t) * (1 - fraction - t))
+            best = np.minimum(best, closeness(*known, self.problem.distance, product, float(t)))
         top = np.argsort(-best, kind="stable")[:200:4]
         return [(float(best[i]), fraction, tuple(int(n) for n in np.unravel_index(i, shape))) for i in top]
 
@@ -171,7 +168,7 @@ class Ascent:
         """Alternate between the best combination and new extreme motions, until a round gains nothing."""
         active = [[motion] for motion in start]
         weights = [np.ones(1) for _ in active]
-        closeness = -np.inf
+        best = -np.inf
         for _ in range(ROUNDS):
             delta, sagitta = self._mixed(active, weights, fraction)
             gradient = slope(self.problem, delta, sagitta, fraction)
@@ -186,10 +183,10 @@ class Ascent:
                 used = weights[axis] > 1e-9
                 active[axis] = [motion for motion, keep in zip(active[axis], used, strict=True) if keep]
                 weights[axis] = weights[axis][used] / weights[axis][used].sum()
-            if reached <= closeness + GAIN * self.problem.distance:
+            if reached <= best + GAIN * self.problem.distance:
                 break
-            closeness = reached
-            if closeness >= 0:
+            best = reached
+            if best >= 0:
                 break
         motions = tuple(mixture(parts, share) for parts, share in zip(active, weights, strict=True))
         delta, sagitta = self._mixed(active, weights, fraction)

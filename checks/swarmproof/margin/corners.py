@@ -71,25 +71,23 @@ class CornerValues:
 
     def _values(self, t: float, chosen: Sequence[Sequence[int]]) -> tuple[Floats, Sequence[Sequence[int]]]:
         """Return −(*) at all triples of the chosen corners, flattened; inf where the root does not exist."""
-        delta = _sums([part[list(indices)] for part, indices in zip(self._delta, chosen, strict=True)])
-        sagitta = _sums([part[list(indices)] for part, indices in zip(self._sagitta, chosen, strict=True)])
-        square = self._distance**2 - largest_product(self._early + t, self._late + t) * (delta**2).sum(axis=1)
-        off = np.sqrt(((sagitta + t * delta) ** 2).sum(axis=1))
-        return np.where(square >= 0, off - np.sqrt(np.maximum(square, 0.0)), np.inf), chosen
+        return closeness(*self._squares(chosen), self._distance, self._product(t), t), chosen
+
+    def _squares(self, chosen: Sequence[Sequence[int]]) -> tuple[Floats, Floats, Floats]:
+        """Return ‖Aδ‖², δᵀA²g and ‖Ag‖² at all triples of the chosen corners."""
+        delta, sagitta = (
+            sums([part[list(indices)] for part, indices in zip(parts, chosen, strict=True)])
+            for parts in (self._delta, self._sagitta)
+        )
+        return squares(delta, sagitta)
+
+    def _product(self, t: float) -> float:
+        return largest_product(self._early + t, self._late + t)
 
     def _largest(self, chosen: Sequence[Sequence[int]]) -> Callable[[float], float]:
         """Return the largest −(*) at the chosen corners as a function of t."""
-        delta = _sums([part[list(indices)] for part, indices in zip(self._delta, chosen, strict=True)])
-        sagitta = _sums([part[list(indices)] for part, indices in zip(self._sagitta, chosen, strict=True)])
-        dd, gd, gg = (np.einsum("ij,ij->i", a, b) for a, b in ((delta, delta), (sagitta, delta), (sagitta, sagitta)))
-
-        def largest(t: float) -> float:
-            square = self._distance**2 - largest_product(self._early + t, self._late + t) * dd
-            if square.min() < 0:
-                return float("inf")
-            return float((np.sqrt(np.maximum(gg + 2 * t * gd + t * t * dd, 0.0)) - np.sqrt(square)).max())
-
-        return largest
+        known = self._squares(chosen)
+        return lambda t: float(closeness(*known, self._distance, self._product(t), t).max())
 
     def _foremost(self, t: float) -> list[list[int]]:
         """Return per axis the corners that can be worst at t: if A is diagonal, (*) falls in |δ| and in |g + tδ|."""
@@ -142,6 +140,21 @@ class CornerValues:
         return min(max(round((left + right) / 2, 9), low), high)
 
 
+def squares(delta: Floats, sagitta: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return ‖Aδ‖², δᵀA²g and ‖Ag‖² of scaled rows Aδ and Ag, each of shape (n, 3)."""
+    dd, gd, gg = (np.einsum("ij,ij->i", a, b) for a, b in ((delta, delta), (sagitta, delta), (sagitta, sagitta)))
+    return dd, gd, gg
+
+
+def closeness(
+    dd: Floats, gd: Floats, gg: Floats, distance: float, product: float | Floats, t: float | Floats
+) -> Floats:
+    """Return −(*) for pairs with these :func:`squares`, κ = `product` and t; inf where the root does not exist."""
+    left = distance**2 - product * dd
+    off = np.sqrt(np.maximum(gg + 2 * t * gd + t * t * dd, 0.0))
+    return np.where(left >= 0, off - np.sqrt(np.maximum(left, 0.0)), np.inf)
+
+
 def largest_product(low: float, high: float) -> float:
     """Return the largest μ₀μ₁ for μ₁ between `low` and `high`."""
     return 0.25 if low <= 0.5 <= high else max(low * (1 - low), high * (1 - high))
@@ -151,7 +164,7 @@ def _shape(chosen: Sequence[Sequence[int]]) -> tuple[int, int, int]:
     return len(chosen[0]), len(chosen[1]), len(chosen[2])
 
 
-def _sums(parts: list[Floats]) -> Floats:
+def sums(parts: list[Floats]) -> Floats:
     """Return all sums of one row of each part, shape (product of the rows, 3)."""
     x, y, z = parts
     return np.asarray((x[:, None, None] + y[None, :, None] + z[None, None, :]).reshape(-1, 3))
