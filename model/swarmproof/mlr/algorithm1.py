@@ -12,7 +12,13 @@ from enum import IntEnum
 from itertools import product
 
 from swarmproof.mlr.algorithm2 import InformationTracker, update_information_trackers
-from swarmproof.mlr.event_trigger import calc_priorities, prio_consensus, select_uav, top_priorities
+from swarmproof.mlr.event_trigger import (
+    CalcPriorities,
+    calc_priorities,
+    prio_consensus,
+    select_uav,
+    top_priorities,
+)
 from swarmproof.mlr.messages import (
     HOVERING,
     CuMessage,
@@ -140,13 +146,22 @@ def is_exclusive(cu: ComputeUnit, decision: Decision, semantics: Semantics) -> b
     return semantics.event_trigger == "any" and cu.state == CuState.RUN_DMPC and decision is not None
 
 
-def transmit(cu: ComputeUnit, k: int, decision: Decision, semantics: Semantics) -> tuple[ComputeUnit, CuMessage | None]:
-    """Return CU w after lines 12-34 of round k and what it transmits in its slot (None: it stays silent)."""
+def transmit(
+    cu: ComputeUnit,
+    k: int,
+    decision: Decision,
+    semantics: Semantics,
+    calculate: CalcPriorities = calc_priorities,
+) -> tuple[ComputeUnit, CuMessage | None]:
+    """Return CU w after lines 12-34 of round k and what it transmits in its slot (None: it stays silent).
+
+    `calculate` gives the priorities of line 34, where CUs announce any.
+    """
     running = cu.state == CuState.RUN_DMPC
     planned = decision if running else None
     prios = None
     if semantics.event_trigger == "round-robin":
-        prios = calc_priorities(k, cu.trackers, running, planned)  # line 34
+        prios = calculate(k, cu.trackers, running, planned)  # line 34
     if cu.state == CuState.RUN_DMPC:  # line 13
         if planned is not None:  # lines 15 and 17: `decisions` offers no other UAV
             new = Trajectory(Metadata(k, cu.w))  # line 18

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from swarmproof.mlr.algorithm2 import InformationTracker
 from swarmproof.mlr.messages import CuMessage, Priorities
@@ -11,6 +11,9 @@ from swarmproof.mlr.messages import CuMessage, Priorities
 JUST_RECALCULATED = 0
 #: Announced for every UAV by a CU that is not in RUN_DMPC.
 NO_OPINION = 1
+
+#: From k, the trackers, whether the CU is in RUN_DMPC and whom it plans to the priorities of all UAVs (Alg. 1 line 34).
+CalcPriorities = Callable[[int, Sequence[InformationTracker], bool, int | None], tuple[int, ...]]
 
 
 def calc_priorities(

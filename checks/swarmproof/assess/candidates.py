@@ -1,0 +1,128 @@
+"""All trajectories that UAVs may be following, as the trackers say, and how close any two come at the samples.
+
+Squared scaled distances are sums of three squares of exact integers, so float64 has them with a relative error below
+4·2⁻⁵³. That orders them well enough to find a closest pair, whose distance is then computed exactly. Where the answer is
+as close to d̂_min as that error, all pairs that may be the closest are computed exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmproof.claims.flight import Approach
+from swarmproof.flight.state import FlightState, Name
+from swarmproof.mlr.messages import HOVERING
+from swarmproof.motion.lattice import Floats, Lattice
+from swarmproof.planning.plan import Plan
+
+Mask = NDArray[np.bool_]
+
+#: Far more than the relative error of a squared distance in float64, far less than anything that matters.
+_DOUBT = 2.0**-48
+
+
+def tracked(state: FlightState) -> set[Name]:
+    """Return the trajectories in all CUs' trackers that are not deprecated."""
+    return {
+        (i, trajectory.metadata)
+        for cu in state.swarm.cus
+        for i, tracker in enumerate(cu.trackers)
+        if not tracker.deprecated
+        for trajectory in tracker.trajectories
+    }
+
+
+class Candidates:
+    """Some trajectories from the start of round k on, and the squared distances of any two at every sample.
+
+    Attributes:
+        names: whose they are and what they are called, sorted.
+        owners: shape (n,).
+        squares: in units of |q|², shape (n, n, H·m + 1).
+    """
+
+    def __init__(self, lattice: Lattice, k: int, named: Iterable[tuple[Name, Plan]]) -> None:
+        self._lattice = lattice
+        self._k = k
+        items = sorted(named, key=lambda item: item[0])
+        self.names = [name for name, _ in items]
+        self.owners = np.array([i for i, _ in self.names])
+        self._q = np.array([plan.scaled_from(k) for _, plan in items])
+        apart = self._q[:, None] - self._q[None]
+        self.squares: Floats = np.einsum("abhx,abhx->abh", apart, apart)
+        self._lowest = [self.squares.min(axis=2), self.squares[:, :, 1:].min(axis=2)]
+
+    def have(self, names: Iterable[Name]) -> Mask:
+        """Return which of the trajectories are among `names`."""
+        wanted = set(names)
+        return np.array([name in wanted for name in self.names])
+
+    def pairs(self, some: Mask, others: Mask) -> Mask:
+        """Return the pairs of one of `some` and one of `others`, of different UAVs. Shape (n, n)."""
+        either = some[:, None] & others[None, :]
+        return (either | either.T) & (self.owners[:, None] != self.owners[None, :])
+
+    def among(self, some: Iterable[Name], others: Iterable[Name], first: int = 1) -> Approach | None:
+        """Return the closest approach of one of `some` and one of `others`, of different UAVs; see :meth:`closest`."""
+        return self.closest(self.pairs(self.have(some), self.have(others)), first)
+
+    def closest(self, pairs: Mask, first: int = 1) -> Approach | None:
+        """Return the closest approach of these `pairs` at samples `first` (0 or 1) … h_c; None if there are none."""
+        lowest = np.where(pairs, self._lowest[first], np.inf)
+        at = int(lowest.argmin())
+        smallest = float(lowest.flat[at])
+        if smallest == np.inf:
+            return None
+        a, b = divmod(at, len(self.names))
+        places = [(a, b, first + int(self.squares[a, b, first:].argmin()))]
+        limit = float(self._lattice.square(self._lattice.parameters.d_hat_min))
+        if abs(smallest - limit) <= _DOUBT * limit:
+            near = (self.squares <= smallest * (1 + _DOUBT)) & pairs[:, :, None]
+            near[:, :, :first] = False
+            places = [(int(i), int(j), int(h)) for i, j, h in np.argwhere(near) if i < j]
+        return min((self._approach(*place) for place in places), key=lambda approach: approach.square)
+
+    def _approach(self, a: int, b: int, h: int) -> Approach:
+        return _approach(self._lattice, self._k, (self.names[a], self.names[b]), self._q[b, h] - self._q[a, h], h)
+
+
+def closest_at_samples(lattice: Lattice, k: int, names: Sequence[Name], positions: Floats) -> Approach | None:
+    """Return the closest approach of references, called `names`, at the samples of round k.
+
+    Args:
+        lattice: the units.
+        k: the round.
+        names: of the trajectories, one for each UAV.
+        positions: scaled, shape (m, N, 3).
+    """
+    one, other = np.triu_indices(len(names), 1)
+    if not len(one):
+        return None
+    apart = positions[:, other] - positions[:, one]
+    squares = np.einsum("hpx,hpx->hp", apart, apart)
+    near = np.argwhere(squares <= squares.min() * (1 + _DOUBT))
+    limit = float(lattice.square(lattice.parameters.d_hat_min))
+    if abs(float(squares.min()) - limit) > _DOUBT * limit:
+        near = near[:1]
+    return min(
+        (_approach(lattice, k, (names[one[p]], names[other[p]]), apart[h, p], int(h)) for h, p in near),
+        key=lambda approach: approach.square,
+    )
+
+
+def _approach(lattice: Lattice, k: int, names: tuple[Name, Name], apart: Floats, h: int) -> Approach:
+    square = sum(int(x) ** 2 for x in apart) * lattice.scaled_unit**2
+    time = k * lattice.parameters.T_s + h * lattice.parameters.T_c
+    (i, _), (j, _) = names
+    return Approach(square, (i, j), (in_words(names[0]), in_words(names[1])), time)
+
+
+def in_words(name: Name) -> str:
+    """Return what a trajectory is called, without its UAV."""
+    _, metadata = name
+    return "hovering" if metadata == HOVERING.metadata else f"planned in round {metadata.round} by CU {metadata.cu}"
+

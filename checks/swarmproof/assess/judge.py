@@ -1,0 +1,309 @@
+"""Watches a flight round by round, and says at its end what became of each claim."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from enum import StrEnum
+from fractions import Fraction
+from math import sqrt
+
+import numpy as np
+
+from swarmproof.adapters.mlr import observe
+from swarmproof.assess.between import cubics
+from swarmproof.assess.candidates import Candidates, Mask, closest_at_samples, tracked
+from swarmproof.assess.separation import Separation
+from swarmproof.claims.flight import (
+    FLIGHT_CLAIMS,
+    Approach,
+    FlightClaim,
+    ObservedAttempt,
+    ObservedFlight,
+    ObservedRound,
+)
+from swarmproof.claims.predicates import Broken
+from swarmproof.claims.registry import CLAIMS, Claim, Kind
+from swarmproof.flight.fly import Flight
+from swarmproof.flight.state import FlightState, Name, Round
+from swarmproof.flight.tracking import TrackingError
+from swarmproof.mlr.messages import Metadata
+from swarmproof.motion.lattice import Floats
+from swarmproof.planning.outlook import ARRIVED
+from swarmproof.planning.plan import Plan
+from swarmproof.planning.planner import Planned
+from swarmproof.planning.solvers import Status
+
+#: Rounds after which a swarm whose targets no longer change should have arrived.
+PATIENCE = 250
+#: Rounds that are kept for telling how a violation came about: a trajectory is older only if it ended.
+REMEMBERED = 64
+
+
+class FlightVerdict(StrEnum):
+    """What one flight can say of a claim; it never proves one."""
+
+    VIOLATED = "violated"
+    NOT_VIOLATED = "not-violated"
+    NOT_APPLICABLE = "not-applicable"
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A claim after a flight.
+
+    Attributes:
+        why: the first place where it is broken, or what was looked at.
+        rounds: complete rounds before the first violation.
+        times: in how many rounds it was broken.
+        cause: the rounds up to the first violation, latest last; empty where nothing is violated.
+    """
+
+    claim: Claim | FlightClaim
+    verdict: FlightVerdict
+    why: str
+    rounds: int | None = None
+    times: int = 0
+    cause: tuple[Round, ...] = ()
+
+
+@dataclass
+class _Tally:
+    rounds: int | None = None
+    first: Broken | None = None
+    times: int = 0
+    cause: tuple[Round, ...] = ()
+
+
+@dataclass
+class Counts:
+    """What became of the quadratic programs."""
+
+    solved: int = 0
+    rejected: int = 0
+    infeasible: int = 0
+
+
+@dataclass(frozen=True)
+class Flown:
+    """The result of watching a flight.
+
+    Attributes:
+        rounds: how many were flown.
+        sampled: the smallest scaled distance of references at multiples of T_c, in m.
+        tracked: the smallest of trajectories in trackers that are not deprecated, at samples, in m; None if no pair.
+        continuous_lower: a certified lower bound of the references' distance at all times, in m.
+        closest_pair: the two UAVs of that closest approach, and when (s).
+        band: certified bounds (lower, upper) of the smallest distance in every step T_c, in m, shape (steps, 2).
+        rounds_to_arrival: rounds from the last change of targets until all were, and stayed, within 5 cm; None if not.
+        lost: messages lost.
+    """
+
+    rounds: int
+    sampled: float
+    tracked: float | None
+    continuous_lower: float
+    closest_pair: tuple[tuple[int, int], float]
+    band: Floats
+    qps: Counts
+    arrived: bool
+    rounds_to_arrival: int | None
+    lost: int
+    claims: tuple[Judged, ...]
+
+    @property
+    def violated(self) -> bool:
+        """Whether some claim is violated."""
+        return any(judged.verdict is FlightVerdict.VIOLATED for judged in self.claims)
+
+
+class Judge:
+    """Watches the rounds of one flight, in order."""
+
+    def __init__(self, flight: Flight, start: FlightState, tracking: TrackingError | None = None) -> None:
+        self._flight = flight
+        self._lattice = flight.lattice
+        self._tallies: dict[str, _Tally] = {}
+        self._protocol = [c for c in CLAIMS if c.kind is Kind.SAFETY and c.applies_to(flight.semantics)]
+        self._recent: deque[Round] = deque(maxlen=REMEMBERED)
+        self._known = tracked(start)
+        self._candidates = self._of(start, self._known)
+        self._references = Separation(flight.lattice, flight.scenario.parameters.d_min)
+        self._actual = Separation(flight.lattice, flight.scenario.parameters.d_min)
+        self._tracking = tracking
+        self._sampled = _Smallest()
+        self._tracked = _Smallest()
+        self._qps = Counts()
+        self._lost = 0
+        self._rounds = 0
+        self._change = 0
+        self._arrived_at: int | None = None
+        self._late: list[int] = []
+
+    def see(self, flown: Round) -> None:
+        """Look at one more round."""
+        after = flown.before.k + 1
+        self._recent.append(flown)
+        observed = self._observed(flown)
+        for claim in FLIGHT_CLAIMS:
+            if claim.in_round is not None:
+                self._tally(claim.id, after, claim.in_round(observed))
+        seen = observe(flown.after.swarm)
+        for protocol_claim in self._protocol:
+            self._tally(protocol_claim.id, after, protocol_claim.broken_in(seen))
+        self._sampled.take(observed.flown)
+        self._tracked.take(observed.learned)
+        self._lost += sum(got.lost for got in (*flown.at_cus, *flown.at_uavs))
+        self._rounds += 1
+        self._look_for_arrival(flown)
+
+    def finish(self) -> Flown:
+        """Return what became of the claims; at least one round must have been seen."""
+        references = self._references.dip()
+        scenario = self._flight.scenario
+        whole = ObservedFlight(
+            scenario.parameters.d_min,
+            references,
+            None if self._tracking is None else self._actual.dip(),
+            self._rounds - self._change,
+            PATIENCE,
+            self._late,
+        )
+        for claim in FLIGHT_CLAIMS:
+            if claim.in_flight is not None:
+                self._tally(claim.id, self._rounds, claim.in_flight(whole))
+        asked: list[Claim | FlightClaim] = [*self._protocol, *FLIGHT_CLAIMS]
+        arrived_after = None if self._arrived_at is None else self._arrived_at - self._change
+        return Flown(
+            self._rounds,
+            self._sampled.distance(),
+            self._tracked.distance() if self._tracked.square is not None else None,
+            references.lower,
+            (references.uavs, references.time),
+            np.concatenate(self._references.band),
+            self._qps,
+            not self._late,
+            arrived_after,
+            self._lost,
+            tuple(self._judged(claim, whole) for claim in asked),
+        )
+
+    def _judged(self, claim: Claim | FlightClaim, whole: ObservedFlight) -> Judged:
+        tally = self._tallies.get(claim.id, _Tally())
+        if claim.id == "eq-2-actual" and whole.actual is None:
+            return Judged(claim, FlightVerdict.NOT_APPLICABLE, "the UAVs follow their references exactly")
+        if tally.first is None:
+            return Judged(claim, FlightVerdict.NOT_VIOLATED, f"not in these {self._rounds} rounds")
+        cus = "".join(f"CU {w}: " for w in tally.first.cus)
+        return Judged(claim, FlightVerdict.VIOLATED, cus + tally.first.why, tally.rounds, tally.times, tally.cause)
+
+    def _tally(self, claim: str, rounds: int, broken: list[Broken]) -> None:
+        if not broken:
+            return
+        tally = self._tallies.setdefault(claim, _Tally(rounds, broken[0], 0, tuple(self._recent)))
+        tally.times += 1
+
+    def _of(self, state: FlightState, names: set[Name]) -> Candidates | None:
+        """Return the candidates among `names`; None if there are none, as when every tracker is deprecated."""
+        if not names:
+            return None
+        return Candidates(self._lattice, state.k, ((name, state.plans[name]) for name in names))
+
+    def _observed(self, flown: Round) -> ObservedRound:
+        before, after = flown.before, flown.after
+        new: dict[Name, Plan] = {}
+        attempts = []
+        for w, attempt in enumerate(flown.computed.attempts):
+            if attempt is None:
+                continue
+            planned = attempt.planned
+            attempts.append(ObservedAttempt(w, attempt.task.i, planned.feasible, planned.plan is not None, planned.why))
+            self._count(planned)
+            if planned.plan is not None:
+                new[attempt.task.i, Metadata(before.k, w)] = planned.plan
+        known, candidates = tracked(after), None
+        plans = {**{name: after.plans[name] for name in known}, **new}
+        if plans:
+            candidates = Candidates(self._lattice, after.k, plans.items())
+        recomputed = {i for i, _ in new}
+        old, self._candidates = self._candidates, candidates
+        old_known, self._known = self._known, known
+        observed = ObservedRound(
+            before.k,
+            self._flight.scenario.parameters.d_hat_min,
+            None if old is None else old.among(old_known, old_known, first=0),
+            None if candidates is None else candidates.among(known, known, first=0),
+            None if candidates is None else candidates.closest(self._selected_both(candidates, flown, new)),
+            None if candidates is None else candidates.among(new, {name for name in known if name[0] not in recomputed}),
+            None if old is None else _unplanned(old, old_known, recomputed),
+            None if candidates is None else _unplanned(candidates, known, recomputed),
+            self._flown(before),
+            attempts,
+        )
+        return observed
+
+    def _selected_both(self, candidates: Candidates, flown: Round, new: dict[Name, Plan]) -> Mask:
+        """Return the pairs of new trajectories of which each CU had both UAVs in its A_ET(k)."""
+        selected = {name: flown.computed.attempts[name[1].cu].task.selected for name in new}
+        pairs = candidates.pairs(candidates.have(new), candidates.have(new))
+        for a, b in np.argwhere(pairs):
+            one, other = candidates.names[a], candidates.names[b]
+            pairs[a, b] = {one[0], other[0]} <= selected[one] & selected[other]
+        return pairs
+
+    def _flown(self, state: FlightState) -> Approach | None:
+        """Return the closest references at the samples of this round, and collect them for the times between."""
+        k, m = state.k, self._lattice.steps
+        plans = [state.followed(i) for i in range(len(state.swarm.uavs))]
+        states = np.array([plan.state_at(k) for plan in plans])
+        pieces = cubics(states, np.array([plan.jerk_in(k) for plan in plans]), self._lattice.scaling, m)
+        self._references.add(pieces)
+        if self._tracking is not None:
+            self._actual.add(pieces + self._tracking.pieces(m))
+        names = [(i, uav.followed.metadata) for i, uav in enumerate(state.swarm.uavs)]
+        return closest_at_samples(self._lattice, k, names, pieces[:, :, :, 0])
+
+    def _count(self, planned: Planned) -> None:
+        if planned.plan is not None:
+            self._qps.solved += 1
+        elif planned.status is Status.INFEASIBLE:
+            self._qps.infeasible += 1
+        else:
+            self._qps.rejected += 1
+
+    def _look_for_arrival(self, flown: Round) -> None:
+        """Note who is not at its target after the round, and since when nobody was."""
+        after = flown.after
+        scenario = self._flight.scenario
+        change = scenario.target_change_before(after.k - 1)
+        if change != self._change:
+            self._change, self._arrived_at = change, None
+        unit = float(self._lattice.position_unit)
+        here = np.array([after.followed(i).state_at(after.k)[0] for i in range(scenario.uavs)]) * unit
+        distances = np.sqrt(((here - np.array(scenario.targets_at(after.k - 1))) ** 2).sum(axis=1))
+        self._late = [int(i) for i in np.flatnonzero(distances > ARRIVED)]
+        if self._late:
+            self._arrived_at = None
+        elif self._arrived_at is None:
+            self._arrived_at = after.k
+
+
+@dataclass
+class _Smallest:
+    """The smallest squared distance so far, exactly, in m²."""
+
+    square: Fraction | None = None
+
+    def take(self, approach: Approach | None) -> None:
+        if approach is not None and (self.square is None or approach.square < self.square):
+            self.square = approach.square
+
+    def distance(self) -> float:
+        assert self.square is not None
+        return sqrt(self.square)
+
+
+def _unplanned(candidates: Candidates, known: set[Name], recomputed: set[int]) -> Approach | None:
+    """Return the closest approach of trajectories in trackers of UAVs that were not planned."""
+    names = {name for name in known if name[0] not in recomputed}
+    return candidates.among(names, names)

@@ -1,0 +1,72 @@
+"""What is lost in one communication phase: boolean arrays over (receiver, message) pairs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: One truth value per (receiver, message): rows are receivers.
+Pairs = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Losses:
+    """What is lost in one communication phase of N UAVs and M CUs; the arrays become read-only.
+
+    True where the message does not arrive. What is not sent cannot be lost: such marks have no effect.
+    The diagonal of `cu_slot` is about replies only: a CU that transmits in its slot has its own message, but one that
+    has given its slot to a UAV can lose the reply, like everyone else (`mlr.network`).
+
+    Attributes:
+        cu_uav: (M, N), CU w does not get UAV i's metadata message.
+        cu_slot: (M, M), CU w does not get what is sent in slot s.
+        uav_slot: (N, M), UAV i does not get what is sent in slot s.
+        replies_at_cus: (M, M), where two transmit in slot s and `slot_conflict=either`: True if CU w decodes the UAV's
+            reply, False if it decodes the CU's message.
+        replies_at_uavs: (N, M), the same at UAV i.
+
+    Raises:
+        ValueError: the shapes do not fit together.
+    """
+
+    cu_uav: Pairs
+    cu_slot: Pairs
+    uav_slot: Pairs
+    replies_at_cus: Pairs
+    replies_at_uavs: Pairs
+
+    def __post_init__(self) -> None:
+        cus, uavs = self.cu_uav.shape
+        for array, receivers, messages in (
+            (self.cu_uav, cus, uavs),
+            (self.cu_slot, cus, cus),
+            (self.uav_slot, uavs, cus),
+            (self.replies_at_cus, cus, cus),
+            (self.replies_at_uavs, uavs, cus),
+        ):
+            if array.shape != (receivers, messages):
+                raise ValueError(f"an array of {array.shape} does not fit {uavs} UAVs and {cus} CUs")
+            array.setflags(write=False)
+
+    @property
+    def count(self) -> int:
+        """The number of pairs marked as lost, whether anything is sent or not.
+
+        What a flight lost is the sum of `Reception.lost`.
+        """
+        return sum(int(np.count_nonzero(array)) for array in (self.cu_uav, self.cu_slot, self.uav_slot))
+
+
+@cache
+def nothing_lost(uavs: int, cus: int) -> Losses:
+    """Return the losses of a round in which everything arrives; in a conflict the CU's message is decoded."""
+    return Losses(
+        np.zeros((cus, uavs), bool),
+        np.zeros((cus, cus), bool),
+        np.zeros((uavs, cus), bool),
+        np.zeros((cus, cus), bool),
+        np.zeros((uavs, cus), bool),
+    )

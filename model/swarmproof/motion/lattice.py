@@ -1,0 +1,185 @@
+"""Integer units in which the nominal motion (eq. 4, a triple integrator) is exact: states, samples, terminal rest.
+
+With the step h = T_c and the jerk unit J, let accelerations count in J·h, velocities in J·h²/2 and positions in
+e = J·h³/6. One step under the integer jerk u then maps integers to integers:
+
+    p' = p + 3v + 3a + u,    v' = v + 2a + u,    a' = a + u
+
+Scaled positions q = S·p, with the integer matrix S = L·Θ⁻¹, are integers as well. J is a power of two, so small that
+rounding a jerk to it moves a UAV by less than a micrometre, and so large that every number that occurs stays below 2⁵⁰:
+float64 then holds all of them exactly, and sums and products with the integers below are exact in whatever order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from math import ceil, floor, lcm
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmproof.semantics.switches import BadInput
+from swarmproof.theorem3.parameters import Parameters
+
+Floats = NDArray[np.float64]
+
+#: Every integer that occurs is smaller than this; float64 would be exact up to 2⁵³.
+LARGEST = 2**50
+#: The jerk unit is 2⁻ⁿ m/s³ with the largest n in this range for which :data:`LARGEST` is respected.
+FINEST, COARSEST = 26, 16
+
+
+@dataclass(frozen=True, eq=False)
+class Lattice:
+    """The units, and the parameters of the swarm as integers of these units.
+
+    Attributes:
+        horizon: H, in periods T.
+        jerk_unit: J in m/s³.
+    """
+
+    parameters: Parameters
+    horizon: int
+    jerk_unit: Fraction
+
+    @classmethod
+    def of(cls, parameters: Parameters, horizon: int) -> Lattice:
+        """Return the finest lattice on which trajectories over `horizon` periods are exact in float64.
+
+        Raises:
+            BadInput: the parameters' numbers are too large, or of too many digits, for any of the units.
+        """
+        for n in range(FINEST, COARSEST - 1, -1):
+            lattice = cls(parameters, horizon, Fraction(1, 2**n))
+            if lattice._largest() < LARGEST:
+                return lattice
+        raise BadInput(
+            "the flying space, the bounds or the digits of theta_inverse are too large for exact trajectories: "
+            "a shorter horizon, a smaller space or simpler fractions in theta_inverse would do"
+        )
+
+    def _largest(self) -> int:
+        """Return a bound for every coordinate of a scaled position, whatever jerks within U are tried."""
+        steps = self.steps * self.horizon
+        return max(
+            int(np.abs(self.scaling).sum(axis=1).max())
+            * (2 * position + 3 * velocity * steps + 3 * acceleration * steps**2 + jerk * steps**3)
+            for position, velocity, acceleration, jerk in zip(
+                np.maximum(np.abs(self.low), np.abs(self.high)).astype(int).tolist(),
+                self.v_max.astype(int).tolist(),
+                self.a_max.astype(int).tolist(),
+                self.j_max.astype(int).tolist(),
+                strict=True,
+            )
+        )
+
+    @cached_property
+    def steps(self) -> int:
+        """How many collision samples T_c one period T has: m."""
+        return int(self.parameters.T_s / self.parameters.T_c)
+
+    @cached_property
+    def position_unit(self) -> Fraction:
+        """e in m."""
+        return self.jerk_unit * self.parameters.T_c**3 / 6
+
+    @cached_property
+    def velocity_unit(self) -> Fraction:
+        """The velocity unit in m/s."""
+        return self.jerk_unit * self.parameters.T_c**2 / 2
+
+    @cached_property
+    def acceleration_unit(self) -> Fraction:
+        """The acceleration unit in m/s²."""
+        return self.jerk_unit * self.parameters.T_c
+
+    @cached_property
+    def _denominator(self) -> int:
+        return lcm(*(entry.denominator for row in self.parameters.theta_inverse for entry in row))
+
+    @cached_property
+    def scaling(self) -> Floats:
+        """S = L·Θ⁻¹, integers, shape (3, 3)."""
+        return np.array([[int(entry * self._denominator) for entry in row] for row in self.parameters.theta_inverse], float)
+
+    @cached_property
+    def scaled_unit(self) -> Fraction:
+        """The unit of scaled positions q and scaled distances, in m."""
+        return self.position_unit / self._denominator
+
+    def square(self, distance: Fraction) -> Fraction:
+        """Return the square of a scaled distance (m) in units of |q|²."""
+        return (distance / self.scaled_unit) ** 2
+
+    def positions(self, points: Sequence[Sequence[float]]) -> Floats:
+        """Return the lattice points nearest to `points` (m), shape (n, 3)."""
+        unit = self.position_unit
+        return np.array([[round(Fraction(x) / unit) for x in point] for point in points], float)
+
+    @cached_property
+    def low(self) -> Floats:
+        """The lowest lattice position within the flying space, per axis."""
+        return np.array([ceil(low / self.position_unit) for low, _ in self._space], float)
+
+    @cached_property
+    def high(self) -> Floats:
+        """The highest lattice position within the flying space, per axis."""
+        return np.array([floor(high / self.position_unit) for _, high in self._space], float)
+
+    @property
+    def _space(self) -> Sequence[tuple[Fraction, Fraction]]:
+        if self.parameters.workspace is None:
+            raise BadInput("a flight needs a flying space: give workspace, low and high for x, y and z")
+        return self.parameters.workspace
+
+    @cached_property
+    def v_max(self) -> Floats:
+        """The largest velocity per axis."""
+        return np.array([floor(bound / self.velocity_unit) for bound in self.parameters.v_max], float)
+
+    @cached_property
+    def a_max(self) -> Floats:
+        """The largest acceleration per axis."""
+        return np.array([floor(bound / self.acceleration_unit) for bound in self.parameters.a_max], float)
+
+    @cached_property
+    def j_max(self) -> Floats:
+        """The largest jerk per axis."""
+        return np.array([floor(bound / self.jerk_unit) for bound in self.parameters.j_max], float)
+
+    @cached_property
+    def from_state(self) -> Floats:
+        """Positions at steps 0 … H·m under zero jerk, from (p, v, a): shape (H·m + 1, 3)."""
+        step = np.arange(self.horizon * self.steps + 1, dtype=float)
+        return np.stack([np.ones_like(step), 3 * step, 3 * step**2], axis=1)
+
+    @cached_property
+    def from_jerks(self) -> Floats:
+        """How far the jerk of each period moves the positions at steps 0 … H·m: shape (H·m + 1, H)."""
+        step = np.arange(self.horizon * self.steps + 1, dtype=float)[:, None]
+        begin = self.steps * np.arange(self.horizon, dtype=float)[None, :]
+        return _cubed(step - begin) - _cubed(step - begin - self.steps)
+
+    @cached_property
+    def velocity_from_jerks(self) -> Floats:
+        """The same for velocities at the ends of periods 0 … H: shape (H + 1, H)."""
+        since = self._since_begin
+        return np.maximum(since, 0) ** 2 - np.maximum(since - self.steps, 0) ** 2
+
+    @cached_property
+    def acceleration_from_jerks(self) -> Floats:
+        """The same for accelerations at the ends of periods 0 … H: shape (H + 1, H)."""
+        since = self._since_begin
+        return np.maximum(since, 0) - np.maximum(since - self.steps, 0)
+
+    @property
+    def _since_begin(self) -> Floats:
+        period = np.arange(self.horizon + 1, dtype=float)
+        return self.steps * (period[:, None] - period[None, : self.horizon])
+
+
+def _cubed(steps: Floats) -> Floats:
+    return np.maximum(steps, 0) ** 3

@@ -1,0 +1,85 @@
+"""A trajectory as the UAVs fly it: an initial state and one jerk per period, integers on the lattice (eq. 12)."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from hashlib import blake2b
+
+import numpy as np
+
+from swarmproof.motion.lattice import Floats, Lattice
+
+
+class Plan:
+    """A trajectory from the start of round `start` on, over the horizon, then at rest (eqs. 12 and 13e).
+
+    All arrays hold integers (lattice units) as float64, exactly. They are read-only.
+
+    Attributes:
+        start: the round at whose start, time start·T, the trajectory begins.
+        state: shape (3, 3), rows position, velocity, acceleration, one column an axis.
+        jerks: shape (H, 3).
+        positions: at steps 0 … H·m from `start`, shape (H·m + 1, 3).
+        velocities: at the ends of periods 0 … H, shape (H + 1, 3).
+        accelerations: likewise.
+    """
+
+    def __init__(self, lattice: Lattice, start: int, state: Floats, jerks: Floats) -> None:
+        self.lattice = lattice
+        self.start = start
+        self.state = state
+        self.jerks = jerks
+        periods = lattice.steps * np.arange(lattice.horizon + 1, dtype=float)[:, None]
+        self.positions = lattice.from_state @ state + lattice.from_jerks @ jerks
+        self.velocities = state[1] + 2 * periods * state[2] + lattice.velocity_from_jerks @ jerks
+        self.accelerations = state[2] + lattice.acceleration_from_jerks @ jerks
+        for array in (state, jerks, self.positions, self.velocities, self.accelerations):
+            array.setflags(write=False)
+
+    @classmethod
+    def hovering(cls, lattice: Lattice, position: Floats) -> Plan:
+        """Return the trajectory of a UAV that hovers at a lattice `position`, shape (3,), from round 0 on (Remark 2)."""
+        state = np.zeros((3, 3))
+        state[0] = position
+        return cls(lattice, 0, state, np.zeros((lattice.horizon, 3)))
+
+    @cached_property
+    def scaled(self) -> Floats:
+        """Scaled positions q = S·p at steps 0 … 2·H·m; at rest in the second half. Shape (2·H·m + 1, 3)."""
+        scaled = self.positions @ self.lattice.scaling.T
+        return np.concatenate([scaled, np.broadcast_to(scaled[-1], (len(scaled) - 1, 3))])
+
+    def scaled_from(self, k: int) -> Floats:
+        """Return q at the samples k·T + h·T_c, h = 0 … H·m, of a round k from `start` on. Shape (H·m + 1, 3)."""
+        last = self.lattice.horizon * self.lattice.steps
+        offset = min((k - self.start) * self.lattice.steps, last)
+        return self.scaled[offset : offset + last + 1]
+
+    def state_at(self, k: int) -> Floats:
+        """Return the state at the start of round k, at `start` or later. Shape (3, 3)."""
+        period = min(k - self.start, self.lattice.horizon)
+        return np.stack(
+            [self.positions[period * self.lattice.steps], self.velocities[period], self.accelerations[period]]
+        )
+
+    def jerk_in(self, k: int) -> Floats:
+        """Return the jerk in round k. Shape (3,)."""
+        period = k - self.start
+        return self.jerks[period] if period < self.lattice.horizon else np.zeros(3)
+
+    def shifted(self, k: int) -> Plan:
+        """Return the same trajectory, begun at the start of round k: Theorem 1's candidate for a new one."""
+        passed = min(k - self.start, self.lattice.horizon)
+        jerks = np.concatenate([self.jerks[passed:], np.zeros((passed, 3))])
+        return Plan(self.lattice, k, self.state_at(k), jerks)
+
+    @cached_property
+    def at_rest(self) -> bool:
+        """Whether the trajectory ends at rest, exactly (13e)."""
+        return not self.velocities[-1].any() and not self.accelerations[-1].any()
+
+    @cached_property
+    def digest(self) -> bytes:
+        """Identifies the trajectory by its numbers: equal for equal start, state and jerks."""
+        content = b"".join((self.start.to_bytes(8, "big"), self.state.tobytes(), self.jerks.tobytes()))
+        return blake2b(content, digest_size=16).digest()

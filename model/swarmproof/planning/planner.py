@@ -1,0 +1,106 @@
+"""Plans one UAV: solves (13), rounds the answer to the lattice, and lets it out only if every constraint holds exactly.
+
+Each accepted trajectory satisfies (13) without any tolerance, and shifting it by a round is exact. So the candidate of
+Theorem 1's proof satisfies the next problem exactly, however many rounds pass: nothing erodes. What the solver's
+tolerance costs is :data:`SPARE`: rows are tightened by it, so that an answer that is off by less is still accepted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from swarmproof.motion.lattice import Floats, Lattice
+from swarmproof.planning.accept import broken_constraint
+from swarmproof.planning.plan import Plan
+from swarmproof.planning.problem import Model, Task
+from swarmproof.planning.qp import LazyProgram
+from swarmproof.planning.solvers import Solver, Status, solve_with_piqp
+from swarmproof.scenario.scenario import Weights
+
+#: m, m/s, m/s², m/s³: far more than tolerance and rounding, far less than anything that matters to a UAV.
+SPARE = 1e-6
+
+
+@dataclass(frozen=True)
+class Planned:
+    """What came out of one task.
+
+    Attributes:
+        plan: the new trajectory; None where the CU keeps the old one.
+        status: the solver's last word.
+        why: in words, why there is no plan; empty if there is one.
+        feasible: whether Theorem 1's candidate, the old trajectory shifted, satisfies (13) exactly.
+    """
+
+    plan: Plan | None
+    status: Status
+    why: str
+    feasible: bool
+
+
+class Planner:
+    """Solves tasks of one swarm. The same task gives the same plan, whatever was planned before."""
+
+    def __init__(self, lattice: Lattice, weights: Weights, solver: Solver = solve_with_piqp) -> None:
+        self.model = Model(lattice, weights)
+        self.solver = solver
+
+    def plan(self, task: Task) -> Planned:
+        """Return a trajectory for the task's UAV that satisfies (13) exactly, or why there is none."""
+        candidate = task.own.shifted(task.start)
+        feasible = broken_constraint(candidate, task.own, task.planes) is None
+        program = LazyProgram(self.model, task)
+        known = jerks_of(candidate)
+        attempts = [(np.full(len(program.rows.limits), SPARE), SPARE)]
+        if feasible:
+            attempts.append(self.satisfied(program, known))
+        why, status = "", Status.GAVE_UP
+        for demands, jerk_demand in attempts:
+            status, jerks = program.solve(self.solver, known, demands, jerk_demand)
+            if status is not Status.SOLVED:
+                why = f"the solver says: {status.value}"
+                continue
+            plan = self.rounded(task, jerks)
+            broken = broken_constraint(plan, task.own, task.planes)
+            if broken is None:
+                return Planned(plan, status, "", feasible)
+            why = f"the solver's answer breaks {broken}"
+        return Planned(None, status, why, feasible)
+
+    def satisfied(self, program: LazyProgram, jerks: Floats) -> tuple[Floats, float]:
+        """Return demands for rows and jerks that `jerks` satisfies, at most :data:`SPARE`."""
+        of_jerks = float((self.model.jerk_bounds - np.abs(jerks)).min())
+        return np.clip(program.rows.slacks(jerks), 0.0, SPARE), min(max(of_jerks, 0.0), SPARE)
+
+    def rounded(self, task: Task, jerks: Floats) -> Plan:
+        """Return the trajectory on the lattice near `jerks` (m/s³, shape (3H,), axis by axis) that ends at rest.
+
+        Rest is restored by the last two jerks. Those before determine by how much: in units of a period, Σu and
+        Σ(H−1−κ)u_κ must take given values, which the last two do with weights (1, 1) and (1, 0). The values are
+        integers, since v/m² + a/m is even on every trajectory that starts in a hover.
+        """
+        lattice = self.model.lattice
+        m, horizon = lattice.steps, lattice.horizon
+        state = task.own.state_at(task.start)
+        rounded = np.rint(jerks.reshape(3, -1).T / float(lattice.jerk_unit))
+        rounded[-2:] = 0
+        weights = np.arange(horizon - 1, -1, -1, dtype=float)
+        velocity, acceleration = state[1] / m**2, state[2] / m
+        total = -acceleration - rounded.sum(axis=0)
+        weighted = -(velocity + (2 * horizon - 1) * acceleration) / 2 - weights @ rounded
+        rounded[-2] = weighted
+        rounded[-1] = total - weighted
+        return Plan(lattice, task.start, state, rounded)
+
+
+def jerks_of(plan: Plan) -> Floats:
+    """Return the jerks of a plan in m/s³, axis by axis, shape (3H,)."""
+    return plan.jerks.T.ravel() * float(plan.lattice.jerk_unit)
+
+
+def hovering(lattice: Lattice, starts: Sequence[Sequence[float]]) -> list[Plan]:
+    """Return the hovering trajectories from `starts` (m), rounded to the lattice (Remark 2)."""
+    return [Plan.hovering(lattice, position) for position in lattice.positions(starts)]

@@ -1,0 +1,62 @@
+"""Event triggers (Appendix A): 8-bit priorities by age (RR), distance to the target (DT) or both (HT).
+
+The paper does not say how real numbers become 8 bits. Ages count rounds, up to 255. Distances, and their products with
+ages, are put on a logarithmic scale, which keeps their order over four decades with a resolution of some 4 %.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmproof.mlr.event_trigger import JUST_RECALCULATED
+from swarmproof.planning.outlook import Outlook
+
+#: Announced for a UAV in a deadlock (Appendix A.4), and the least that is announced for any other.
+DEADLOCKED = 1
+LARGEST = 255
+#: The scale's ends: m for DT, m times rounds for HT. What is smaller or larger gets the end's priority.
+SHORTEST, LONGEST = 0.01, 10.0
+OLDEST = 100
+
+
+class Trigger(StrEnum):
+    """Which priorities the CUs announce."""
+
+    RR = "RR"
+    DT = "DT"
+    HT = "HT"
+
+
+def priorities(
+    trigger: Trigger, outlook: Outlook, ages: NDArray[np.int64], planned: int | None
+) -> tuple[int, ...]:
+    """Return J_iw(k) as an integer between 0 and 255 for every UAV i.
+
+    Args:
+        trigger: (A1), (A2) or (A3).
+        outlook: what the CU expects at the start of the round: p_i(T | (k−1)T) in the paper's terms.
+        ages: k − k_calc of the first entry of each tracker, shape (N,).
+        planned: the UAV whose new trajectory goes out with these priorities; it gets zero.
+    """
+    ages = np.clip(ages, 1, None)
+    if trigger is Trigger.RR:
+        values = np.minimum(ages, LARGEST)
+    elif trigger is Trigger.DT:
+        values = _eight_bits(outlook.distances, LONGEST)
+    else:
+        values = _eight_bits(outlook.distances * ages, LONGEST * OLDEST)
+    values = np.where(outlook.deadlocked, DEADLOCKED, values)
+    announced = [int(value) for value in values]
+    if planned is not None:
+        announced[planned] = JUST_RECALCULATED
+    return tuple(announced)
+
+
+def _eight_bits(values: NDArray[np.float64], largest: float) -> NDArray[np.int64]:
+    """Return `values` on a logarithmic scale from :data:`SHORTEST` (1) to `largest` (255)."""
+    clipped = np.clip(values, SHORTEST, largest)
+    share = np.log(clipped / SHORTEST) / np.log(largest / SHORTEST)
+    return np.asarray(DEADLOCKED + np.rint((LARGEST - DEADLOCKED) * share), dtype=np.int64)

@@ -1,0 +1,272 @@
+"""The claims about flown swarms: Section 4.3.2 on what the planner really returned, and that the swarm arrives.
+
+A flight is observed round by round (:class:`ObservedRound`), and once as a whole (:class:`ObservedFlight`). Distances are
+scaled, ‖Θ⁻¹(p_j − p_i)‖₂, and squared, so that they are exact: no claim is decided by a rounded number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import NamedTuple
+
+from swarmproof.claims.predicates import Broken
+
+
+class Approach(NamedTuple):
+    """The closest approach of some trajectories of different UAVs at the samples.
+
+    Attributes:
+        square: the exact squared distance in m².
+        uavs: the two UAVs.
+        names: the two trajectories, in words.
+        time: of the sample, in s.
+    """
+
+    square: Fraction
+    uavs: tuple[int, int]
+    names: tuple[str, str]
+    time: Fraction
+
+
+class ObservedAttempt(NamedTuple):
+    """A CU tried to plan a UAV.
+
+    Attributes:
+        candidate: whether the old trajectory, shifted, satisfies (13) exactly.
+        solved: whether a plan came out.
+        why: if not, why.
+    """
+
+    cu: int
+    uav: int
+    candidate: bool
+    solved: bool
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class ObservedRound:
+    """Round k of a flight, at its end; approaches are None where there is no pair.
+
+    Attributes:
+        d_hat_min: d̂_min in m.
+        known: of all trajectories in trackers of round k that are not deprecated (eq. 20).
+        learned: the same in round k + 1 (eq. 21).
+        both_new: of the trajectories planned in this round by CUs that both have both UAVs in A_ET(k).
+        one_new: of one planned in this round, of UAV i, and one of D_j(k + 1), j not planned in this round.
+        none_new_before: of D_i(k) and D_j(k), neither UAV planned in this round (eq. 18).
+        none_new_after: of D_i(k + 1) and D_j(k + 1), neither UAV planned in this round (eq. 19).
+        flown: of the references that the UAVs follow in this round, at its samples (eq. 23).
+    """
+
+    k: int
+    d_hat_min: Fraction
+    known: Approach | None
+    learned: Approach | None
+    both_new: Approach | None
+    one_new: Approach | None
+    none_new_before: Approach | None
+    none_new_after: Approach | None
+    flown: Approach | None
+    attempts: Sequence[ObservedAttempt]
+
+
+@dataclass(frozen=True, slots=True)
+class Dip:
+    """The closest approach of any two UAVs at any time, where it is, and whether it is decided to stay above a distance.
+
+    Attributes:
+        lower: a certified lower bound in m.
+        at_least: whether the distance never falls below that of the claim; None if that could not be decided.
+        uavs: the two UAVs that come closest.
+        time: when, in s.
+    """
+
+    lower: float
+    at_least: bool | None
+    uavs: tuple[int, int]
+    time: float
+
+
+@dataclass(frozen=True, slots=True)
+class ObservedFlight:
+    """A flight as a whole.
+
+    Attributes:
+        d_min: the distance that counts as a collision, in m.
+        references: how close the references come between the samples, too.
+        actual: the same for the UAVs' actual positions; None if they follow the references exactly.
+        rounds_since_targets: rounds flown since the targets changed last.
+        patience: after how many of them the UAVs should have arrived.
+        late: the UAVs that were not at their targets at the end.
+    """
+
+    d_min: Fraction
+    references: Dip
+    actual: Dip | None
+    rounds_since_targets: int
+    patience: int
+    late: Sequence[int]
+
+
+def tracked_separation(seen: ObservedRound) -> list[Broken]:
+    """Any two trajectories in trackers that are not deprecated, of different UAVs, are d̂_min apart at all samples."""
+    return _apart(seen.learned, seen.d_hat_min)
+
+
+def corollary_1(seen: ObservedRound) -> list[Broken]:
+    """Two trajectories planned in the same round are d̂_min apart at all samples."""
+    return _apart(seen.both_new, seen.d_hat_min)
+
+
+def lemma_3(seen: ObservedRound) -> list[Broken]:
+    """A new trajectory is d̂_min apart from all that a UAV that was not planned may be following."""
+    return _apart(seen.one_new, seen.d_hat_min)
+
+
+def lemma_4(seen: ObservedRound) -> list[Broken]:
+    """Where no trajectory is new, separation in round k gives separation in round k + 1."""
+    if _apart(seen.none_new_before, seen.d_hat_min):
+        return []
+    return _apart(seen.none_new_after, seen.d_hat_min)
+
+
+def theorem_1(seen: ObservedRound) -> list[Broken]:
+    """Where eq. (20) is true, the old trajectory is feasible; where it is feasible, the problem is solved."""
+    assumed = not _apart(seen.known, seen.d_hat_min)
+    broken = []
+    for attempt in seen.attempts:
+        if assumed and not attempt.candidate:
+            broken.append(Broken((attempt.cu,), attempt.uav, "eq. (20) is true, but the old trajectory breaks (13)"))
+        elif attempt.candidate and not attempt.solved:
+            broken.append(Broken((attempt.cu,), attempt.uav, f"(13) is feasible, but no plan came out: {attempt.why}"))
+    return broken
+
+
+def theorem_2(seen: ObservedRound) -> list[Broken]:
+    """The references of any two UAVs are d̂_min apart at all multiples of T_c."""
+    return _apart(seen.flown, seen.d_hat_min)
+
+
+def references_apart(seen: ObservedFlight) -> list[Broken]:
+    """The references of any two UAVs are d_min apart at all times."""
+    return _collides(seen.references, seen.d_min)
+
+
+def actual_apart(seen: ObservedFlight) -> list[Broken]:
+    """Any two UAVs are d_min apart at all times."""
+    return [] if seen.actual is None else _collides(seen.actual, seen.d_min)
+
+
+def arrives(seen: ObservedFlight) -> list[Broken]:
+    """All UAVs reach their targets in time."""
+    if not seen.late or seen.rounds_since_targets < seen.patience:
+        return []
+    late = ", ".join(f"UAV {i}" for i in seen.late)
+    return [
+        Broken((), None, f"{seen.rounds_since_targets} rounds after the last target change, {late} had not arrived")
+    ]
+
+
+def _apart(approach: Approach | None, d_hat_min: Fraction) -> list[Broken]:
+    if approach is None or approach.square >= d_hat_min**2:
+        return []
+    (i, j), (mine, other) = approach.uavs, approach.names
+    distance = float(approach.square) ** 0.5
+    why = f"UAV {i} ({mine}) and UAV {j} ({other}) are {distance:.6g} m apart at {float(approach.time):.3f} s"
+    return [Broken((), i, why)]
+
+
+def _collides(dip: Dip, d_min: Fraction) -> list[Broken]:
+    if dip.at_least is not False:
+        return []
+    i, j = dip.uavs
+    why = f"UAV {i} and UAV {j} are {dip.lower:.6g} m apart at {dip.time:.3f} s, less than {float(d_min):g} m"
+    return [Broken((), i, why)]
+
+
+@dataclass(frozen=True)
+class FlightClaim:
+    """One statement about a flight: exactly one of the predicates is set, and returns the broken places."""
+
+    id: str
+    wording: str
+    place: str
+    assumptions: str
+    in_round: Callable[[ObservedRound], list[Broken]] | None = None
+    in_flight: Callable[[ObservedFlight], list[Broken]] | None = None
+
+
+_START = "All UAVs hover at the start, d̂_min apart (Remark 2); any messages may be lost."
+
+FLIGHT_CLAIMS: tuple[FlightClaim, ...] = (
+    FlightClaim(
+        "tracked-separation",
+        "Any two trajectories of different UAVs in trackers that are not deprecated are at least d̂_min apart at all "
+        "samples of their horizon.",
+        "eqs. (20) and (21), Section 4.3.2",
+        _START,
+        in_round=tracked_separation,
+    ),
+    FlightClaim(
+        "theorem-1",
+        "Where eq. (20) is true, the optimization problem (13) is feasible, and the planner solves it.",
+        "Theorem 1, Section 4.3.2",
+        _START + " The old trajectory, shifted, is the proof's candidate.",
+        in_round=theorem_1,
+    ),
+    FlightClaim(
+        "corollary-1",
+        "Two trajectories that CUs plan in one round, both UAVs in A_ET(k), are at least d̂_min apart at all samples.",
+        "Corollary 1, eq. (16)",
+        "Both satisfy (13f).",
+        in_round=corollary_1,
+    ),
+    FlightClaim(
+        "lemma-3",
+        "A trajectory planned in round k is at least d̂_min apart, at all samples, from all entries of D_j(k+1) of a UAV j "
+        "that was not planned.",
+        "Lemma 3, eq. (17)",
+        "It satisfies (13f).",
+        in_round=lemma_3,
+    ),
+    FlightClaim(
+        "lemma-4",
+        "For two UAVs that were not planned in round k, separation of the entries of D(k) gives separation of those of "
+        "D(k+1).",
+        "Lemma 4, eqs. (18) and (19)",
+        "Eq. (18).",
+        in_round=lemma_4,
+    ),
+    FlightClaim(
+        "theorem-2",
+        "The references of any two UAVs are at least d̂_min apart at all multiples of T_c.",
+        "Theorem 2, eq. (23)",
+        _START,
+        in_round=theorem_2,
+    ),
+    FlightClaim(
+        "eq-2",
+        "The references of any two UAVs are at least d_min apart at all times, between the samples, too.",
+        "Eq. (2), claimed by Theorem 3",
+        _START + " The UAVs follow their references exactly.",
+        in_flight=references_apart,
+    ),
+    FlightClaim(
+        "eq-2-actual",
+        "Any two UAVs are at least d_min apart at all times.",
+        "Eq. (2), claimed by Theorem 3, with Assumption 1",
+        _START + " No UAV is further from its reference than the tracking error.",
+        in_flight=actual_apart,
+    ),
+    FlightClaim(
+        "arrives",
+        "All UAVs come within 5 cm of their targets.",
+        "Eq. (1); no statement of the paper proves it",
+        "The targets do not change for long enough.",
+        in_flight=arrives,
+    ),
+)
+
