@@ -1,14 +1,13 @@
 """All trajectories that UAVs may be following, as the trackers say, and how close any two come at the samples.
 
 Squared scaled distances are sums of three squares of exact integers, so float64 has them with a relative error below
-4·2⁻⁵³. That orders them well enough to find a closest pair, whose distance is then computed exactly. Where the answer is
+4·2⁻⁵³. That orders them well enough to find a closest pair, whose distance is then computed exactly. Where that is
 as close to d̂_min as that error, all pairs that may be the closest are computed exactly.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,7 +63,8 @@ class Candidates:
     def pairs(self, some: Mask, others: Mask) -> Mask:
         """Return the pairs of one of `some` and one of `others`, of different UAVs. Shape (n, n)."""
         either = some[:, None] & others[None, :]
-        return (either | either.T) & (self.owners[:, None] != self.owners[None, :])
+        pairs: Mask = (either | either.T) & (self.owners[:, None] != self.owners[None, :])
+        return pairs
 
     def among(self, some: Iterable[Name], others: Iterable[Name], first: int = 1) -> Approach | None:
         """Return the closest approach of one of `some` and one of `others`, of different UAVs; see :meth:`closest`."""
@@ -125,4 +125,3 @@ def in_words(name: Name) -> str:
     """Return what a trajectory is called, without its UAV."""
     _, metadata = name
     return "hovering" if metadata == HOVERING.metadata else f"planned in round {metadata.round} by CU {metadata.cu}"
-

@@ -55,6 +55,7 @@ class Judged:
     Attributes:
         why: the first place where it is broken, or what was looked at.
         rounds: complete rounds before the first violation.
+        lost: messages lost before it.
         times: in how many rounds it was broken.
         cause: the rounds up to the first violation, latest last; empty where nothing is violated.
     """
@@ -63,16 +64,18 @@ class Judged:
     verdict: FlightVerdict
     why: str
     rounds: int | None = None
+    lost: int | None = None
     times: int = 0
     cause: tuple[Round, ...] = ()
 
 
 @dataclass
 class _Tally:
-    rounds: int | None = None
-    first: Broken | None = None
+    rounds: int
+    lost: int
+    first: Broken
+    cause: tuple[Round, ...]
     times: int = 0
-    cause: tuple[Round, ...] = ()
 
 
 @dataclass
@@ -144,6 +147,7 @@ class Judge:
         """Look at one more round."""
         after = flown.before.k + 1
         self._recent.append(flown)
+        self._lost += sum(got.lost for got in (*flown.at_cus, *flown.at_uavs))
         observed = self._observed(flown)
         for claim in FLIGHT_CLAIMS:
             if claim.in_round is not None:
@@ -153,7 +157,6 @@ class Judge:
             self._tally(protocol_claim.id, after, protocol_claim.broken_in(seen))
         self._sampled.take(observed.flown)
         self._tracked.take(observed.learned)
-        self._lost += sum(got.lost for got in (*flown.at_cus, *flown.at_uavs))
         self._rounds += 1
         self._look_for_arrival(flown)
 
@@ -189,19 +192,22 @@ class Judge:
         )
 
     def _judged(self, claim: Claim | FlightClaim, whole: ObservedFlight) -> Judged:
-        tally = self._tallies.get(claim.id, _Tally())
         if claim.id == "eq-2-actual" and whole.actual is None:
             return Judged(claim, FlightVerdict.NOT_APPLICABLE, "the UAVs follow their references exactly")
-        if tally.first is None:
+        tally = self._tallies.get(claim.id)
+        if tally is None:
             return Judged(claim, FlightVerdict.NOT_VIOLATED, f"not in these {self._rounds} rounds")
         cus = "".join(f"CU {w}: " for w in tally.first.cus)
-        return Judged(claim, FlightVerdict.VIOLATED, cus + tally.first.why, tally.rounds, tally.times, tally.cause)
+        return Judged(
+            claim, FlightVerdict.VIOLATED, cus + tally.first.why, tally.rounds, tally.lost, tally.times, tally.cause
+        )
 
     def _tally(self, claim: str, rounds: int, broken: list[Broken]) -> None:
         if not broken:
             return
-        tally = self._tallies.setdefault(claim, _Tally(rounds, broken[0], 0, tuple(self._recent)))
-        tally.times += 1
+        if claim not in self._tallies:
+            self._tallies[claim] = _Tally(rounds, self._lost, broken[0], tuple(self._recent))
+        self._tallies[claim].times += 1
 
     def _of(self, state: FlightState, names: set[Name]) -> Candidates | None:
         """Return the candidates among `names`; None if there are none, as when every tracker is deprecated."""
@@ -234,7 +240,9 @@ class Judge:
             None if old is None else old.among(old_known, old_known, first=0),
             None if candidates is None else candidates.among(known, known, first=0),
             None if candidates is None else candidates.closest(self._selected_both(candidates, flown, new)),
-            None if candidates is None else candidates.among(new, {name for name in known if name[0] not in recomputed}),
+            None
+            if candidates is None
+            else candidates.among(new, {name for name in known if name[0] not in recomputed}),
             None if old is None else _unplanned(old, old_known, recomputed),
             None if candidates is None else _unplanned(candidates, known, recomputed),
             self._flown(before),
@@ -244,7 +252,8 @@ class Judge:
 
     def _selected_both(self, candidates: Candidates, flown: Round, new: dict[Name, Plan]) -> Mask:
         """Return the pairs of new trajectories of which each CU had both UAVs in its A_ET(k)."""
-        selected = {name: flown.computed.attempts[name[1].cu].task.selected for name in new}
+        attempts = {Metadata(flown.before.k, w): attempt for w, attempt in enumerate(flown.computed.attempts)}
+        selected = {name: attempt.task.selected for name in new if (attempt := attempts[name[1]]) is not None}
         pairs = candidates.pairs(candidates.have(new), candidates.have(new))
         for a, b in np.argwhere(pairs):
             one, other = candidates.names[a], candidates.names[b]

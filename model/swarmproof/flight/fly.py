@@ -7,7 +7,7 @@ their arguments: a search can take any state up again and let other messages be 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from itertools import combinations
 from typing import Protocol
 
 import numpy as np
@@ -18,7 +18,7 @@ from swarmproof.flight.state import Attempt, Computed, FlightState, Knowledge, K
 from swarmproof.mlr import algorithm1
 from swarmproof.mlr.algorithm1 import ComputeUnit, CuState
 from swarmproof.mlr.algorithm2 import InformationTracker
-from swarmproof.mlr.event_trigger import NO_OPINION, select_uav
+from swarmproof.mlr.event_trigger import NO_OPINION
 from swarmproof.mlr.messages import HOVERING, Metadata, TrajectoryMessage
 from swarmproof.mlr.network import Reception, on_air
 from swarmproof.mlr.swarm import Swarm, initial_swarm
@@ -50,7 +50,14 @@ class Flight:
     """
 
     def __init__(
-        self, scenario: Scenario, lattice: Lattice, cus: int, trigger: Trigger, semantics: Semantics, plans: Plans, seed: int
+        self,
+        scenario: Scenario,
+        lattice: Lattice,
+        cus: int,
+        trigger: Trigger,
+        semantics: Semantics,
+        plans: Plans,
+        seed: int,
     ) -> None:
         if semantics.event_trigger != "round-robin":
             raise BadInput("a flight needs priorities on the air: event_trigger must be round-robin")
@@ -64,9 +71,21 @@ class Flight:
         self._box = np.array([lattice.low, lattice.high]) * float(lattice.position_unit)
 
     def initial(self) -> FlightState:
-        """Return the swarm in the computation phase of round 0: all hover (Remark 2)."""
+        """Return the swarm in the computation phase of round 0: all hover (Remark 2).
+
+        Raises:
+            BadInput: rounded to the lattice, two starts are closer than d̂_min.
+        """
         uavs = self.scenario.uavs
-        plans = {(i, HOVERING.metadata): plan for i, plan in enumerate(hovering(self.lattice, self.scenario.starts))}
+        hovers = hovering(self.lattice, self.scenario.starts)
+        for i, j in combinations(range(uavs), 2):
+            apart = hovers[j].scaled_from(0)[0] - hovers[i].scaled_from(0)[0]
+            if sum(int(x) ** 2 for x in apart) < self.lattice.square(self.scenario.parameters.d_hat_min):
+                raise BadInput(
+                    f"the starts of UAVs {i} and {j} are d_hat_min apart before they are rounded to units of "
+                    f"{float(self.lattice.position_unit):.1e} m, but not afterwards: put them a little further apart"
+                )
+        plans = {(i, HOVERING.metadata): plan for i, plan in enumerate(hovers)}
         known = self.semantics.initial == "known"
         points = self.scenario.targets_at(0)
         targets = tuple(KnownTarget(point if known else None, 0) for point in points)
@@ -91,7 +110,11 @@ class Flight:
                 decision = None if attempt.planned.plan is None else decision
 
             def calculate(
-                k: int, trackers: Sequence[InformationTracker], running: bool, planned: int | None, seen: Outlook | None = outlook
+                k: int,
+                trackers: Sequence[InformationTracker],
+                running: bool,
+                planned: int | None,
+                seen: Outlook | None = outlook,
             ) -> tuple[int, ...]:
                 if seen is None:
                     return (NO_OPINION,) * len(trackers)
@@ -120,9 +143,7 @@ class Flight:
             algorithm1.update(cu, got.inbox, self.cus, self.semantics)
             for cu, got in zip(computed.after.cus, at_cus, strict=True)
         )
-        knowledge = tuple(
-            self._learn(state, computed, w, got) for w, got in enumerate(at_cus)
-        )
+        knowledge = tuple(self._learn(state, computed, w, got) for w, got in enumerate(at_cus))
         swarm = Swarm(state.k + 1, uavs, cus)
         return Round(
             state,

@@ -27,7 +27,7 @@ class KnownTarget(NamedTuple):
 
 
 class Knowledge(NamedTuple):
-    """What a CU knows beyond its information trackers: targets (from the UAVs' messages) and detours (from the CUs')."""
+    """What a CU knows beyond its information trackers: targets (from UAVs' messages) and detours (from CUs')."""
 
     targets: tuple[KnownTarget, ...]
     detours: tuple[Detour, ...] = ()

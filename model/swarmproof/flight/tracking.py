@@ -25,7 +25,7 @@ class TrackingError:
         self._now = np.zeros((uavs, 3))
 
     def pieces(self, steps: int) -> Floats:
-        """Return the deviations over the next `steps` steps as scaled cubics, Bernstein coefficients (steps, U, 3, 4)."""
+        """Return the deviations over the next `steps` steps, scaled, as Bernstein coefficients (steps, U, 3, 4)."""
         pieces = np.empty((steps, len(self._now), 3, 4))
         for step in pieces:
             after = self._next()
@@ -41,4 +41,5 @@ class TrackingError:
         # what rounding may add to a length is less than three units per axis
         length = np.sqrt((wish * wish).sum(axis=1, keepdims=True))
         room = max(self._radius * (1 - 1e-9) - 6, 0.0)
-        return 3 * np.rint(wish * np.minimum(1.0, room / np.maximum(length, 1.0)) / 3)
+        deviations: Floats = 3 * np.rint(wish * np.minimum(1.0, room / np.maximum(length, 1.0)) / 3)
+        return deviations

@@ -64,9 +64,9 @@ class Lattice:
     def _largest(self) -> int:
         """Return a bound for every coordinate of a scaled position, whatever jerks within U are tried."""
         steps = self.steps * self.horizon
-        return max(
-            int(np.abs(self.scaling).sum(axis=1).max())
-            * (2 * position + 3 * velocity * steps + 3 * acceleration * steps**2 + jerk * steps**3)
+        rows = int(np.abs(self.scaling).sum(axis=1).max())
+        largest: int = rows * max(
+            (2 * position + 3 * velocity * steps + 3 * acceleration * steps**2 + jerk * steps**3)
             for position, velocity, acceleration, jerk in zip(
                 np.maximum(np.abs(self.low), np.abs(self.high)).astype(int).tolist(),
                 self.v_max.astype(int).tolist(),
@@ -75,6 +75,7 @@ class Lattice:
                 strict=True,
             )
         )
+        return largest
 
     @cached_property
     def steps(self) -> int:
@@ -103,7 +104,9 @@ class Lattice:
     @cached_property
     def scaling(self) -> Floats:
         """S = L·Θ⁻¹, integers, shape (3, 3)."""
-        return np.array([[int(entry * self._denominator) for entry in row] for row in self.parameters.theta_inverse], float)
+        return np.array(
+            [[int(entry * self._denominator) for entry in row] for row in self.parameters.theta_inverse], float
+        )
 
     @cached_property
     def scaled_unit(self) -> Fraction:
@@ -167,7 +170,8 @@ class Lattice:
     def velocity_from_jerks(self) -> Floats:
         """The same for velocities at the ends of periods 0 … H: shape (H + 1, H)."""
         since = self._since_begin
-        return np.maximum(since, 0) ** 2 - np.maximum(since - self.steps, 0) ** 2
+        gained: Floats = np.maximum(since, 0) ** 2 - np.maximum(since - self.steps, 0) ** 2
+        return gained
 
     @cached_property
     def acceleration_from_jerks(self) -> Floats:
@@ -182,4 +186,5 @@ class Lattice:
 
 
 def _cubed(steps: Floats) -> Floats:
-    return np.maximum(steps, 0) ** 3
+    cubes: Floats = np.maximum(steps, 0) ** 3
+    return cubes

@@ -89,7 +89,9 @@ def wrong_sides(plan: Plan, planes: Planes) -> NDArray[np.intp]:
     return np.array(broken, np.intp).reshape(-1, 2)
 
 
-def right_side(normal: Sequence[float] | Floats, apart: Sequence[float] | Floats, halfway: bool, lattice: Lattice) -> bool:
+def right_side(
+    normal: Sequence[float] | Floats, apart: Sequence[float] | Floats, halfway: bool, lattice: Lattice
+) -> bool:
     """Decide one plane of eq. (15) exactly: nᵀΔ ≥ ½(d̂‖n‖ + ‖n‖²) if `halfway`, else nᵀΔ ≥ d̂‖n‖."""
     n, delta = [int(x) for x in normal], [int(x) for x in apart]
     dot, square = sum(a * b for a, b in zip(n, delta, strict=True)), sum(a * a for a in n)

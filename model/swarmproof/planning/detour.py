@@ -85,7 +85,5 @@ def _between(outlook: Outlook, i: int, j: int) -> bool:
 def current(detours: Iterable[Detour], outlook: Outlook, k: int) -> list[Detour]:
     """Return the detours that go on: not too old, and the reason for them still there."""
     return [
-        detour
-        for detour in detours
-        if k - detour.since < LONGEST and makes_room(outlook, detour.uav, detour.other)
+        detour for detour in detours if k - detour.since < LONGEST and makes_room(outlook, detour.uav, detour.other)
     ]

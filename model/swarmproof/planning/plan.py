@@ -38,22 +38,32 @@ class Plan:
 
     @classmethod
     def hovering(cls, lattice: Lattice, position: Floats) -> Plan:
-        """Return the trajectory of a UAV that hovers at a lattice `position`, shape (3,), from round 0 on (Remark 2)."""
+        """Return a hover at the lattice `position`, shape (3,), from round 0 on (Remark 2)."""
         state = np.zeros((3, 3))
         state[0] = position
         return cls(lattice, 0, state, np.zeros((lattice.horizon, 3)))
 
     @cached_property
-    def scaled(self) -> Floats:
-        """Scaled positions q = S·p at steps 0 … 2·H·m; at rest in the second half. Shape (2·H·m + 1, 3)."""
-        scaled = self.positions @ self.lattice.scaling.T
-        return np.concatenate([scaled, np.broadcast_to(scaled[-1], (len(scaled) - 1, 3))])
+    def _resting(self) -> Floats:
+        """Positions at steps 0 … 2·H·m; at rest in the second half."""
+        return np.concatenate([self.positions, np.broadcast_to(self.positions[-1], (len(self.positions) - 1, 3))])
+
+    @cached_property
+    def _scaled(self) -> Floats:
+        return self._resting @ self.lattice.scaling.T
+
+    def sampled_from(self, k: int) -> Floats:
+        """Return the positions at the samples k·T + h·T_c, h = 0 … H·m, k at `start` or later. Shape (H·m + 1, 3)."""
+        return self._resting[self._samples(k)]
 
     def scaled_from(self, k: int) -> Floats:
-        """Return q at the samples k·T + h·T_c, h = 0 … H·m, of a round k from `start` on. Shape (H·m + 1, 3)."""
+        """Return the scaled positions q = S·p at the same samples. Shape (H·m + 1, 3)."""
+        return self._scaled[self._samples(k)]
+
+    def _samples(self, k: int) -> slice:
         last = self.lattice.horizon * self.lattice.steps
         offset = min((k - self.start) * self.lattice.steps, last)
-        return self.scaled[offset : offset + last + 1]
+        return slice(offset, offset + last + 1)
 
     def state_at(self, k: int) -> Floats:
         """Return the state at the start of round k, at `start` or later. Shape (3, 3)."""

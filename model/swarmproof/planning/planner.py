@@ -102,5 +102,6 @@ def jerks_of(plan: Plan) -> Floats:
 
 
 def hovering(lattice: Lattice, starts: Sequence[Sequence[float]]) -> list[Plan]:
-    """Return the hovering trajectories from `starts` (m), rounded to the lattice (Remark 2)."""
-    return [Plan.hovering(lattice, position) for position in lattice.positions(starts)]
+    """Return the hovering trajectories from `starts` (m), rounded to the lattice within the space (Remark 2)."""
+    positions = np.clip(lattice.positions(starts), lattice.low, lattice.high)
+    return [Plan.hovering(lattice, position) for position in positions]

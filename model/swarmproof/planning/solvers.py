@@ -7,7 +7,7 @@ from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
-import piqp
+import piqp  # type: ignore[import-untyped]
 
 from swarmproof.motion.lattice import Floats
 

@@ -30,9 +30,7 @@ class Trigger(StrEnum):
     HT = "HT"
 
 
-def priorities(
-    trigger: Trigger, outlook: Outlook, ages: NDArray[np.int64], planned: int | None
-) -> tuple[int, ...]:
+def priorities(trigger: Trigger, outlook: Outlook, ages: NDArray[np.int64], planned: int | None) -> tuple[int, ...]:
     """Return J_iw(k) as an integer between 0 and 255 for every UAV i.
 
     Args:

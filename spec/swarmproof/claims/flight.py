@@ -1,7 +1,7 @@
 """The claims about flown swarms: Section 4.3.2 on what the planner really returned, and that the swarm arrives.
 
-A flight is observed round by round (:class:`ObservedRound`), and once as a whole (:class:`ObservedFlight`). Distances are
-scaled, ‖Θ⁻¹(p_j − p_i)‖₂, and squared, so that they are exact: no claim is decided by a rounded number.
+A flight is observed round by round (:class:`ObservedRound`), and once as a whole (:class:`ObservedFlight`). Distances
+are scaled, ‖Θ⁻¹(p_j − p_i)‖₂, and squared, so that they are exact: no claim is decided by a rounded number.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class ObservedRound:
 
 @dataclass(frozen=True, slots=True)
 class Dip:
-    """The closest approach of any two UAVs at any time, where it is, and whether it is decided to stay above a distance.
+    """The closest approach of any two UAVs at any time, where it is, and whether it stays above a distance.
 
     Attributes:
         lower: a certified lower bound in m.
@@ -226,8 +226,8 @@ FLIGHT_CLAIMS: tuple[FlightClaim, ...] = (
     ),
     FlightClaim(
         "lemma-3",
-        "A trajectory planned in round k is at least d̂_min apart, at all samples, from all entries of D_j(k+1) of a UAV j "
-        "that was not planned.",
+        "A trajectory planned in round k is at least d̂_min apart, at all samples, from all entries of D_j(k+1) of a "
+        "UAV j that was not planned.",
         "Lemma 3, eq. (17)",
         "It satisfies (13f).",
         in_round=lemma_3,
@@ -269,4 +269,3 @@ FLIGHT_CLAIMS: tuple[FlightClaim, ...] = (
         in_flight=arrives,
     ),
 )
-
