@@ -11,26 +11,21 @@ from math import sqrt
 import numpy as np
 
 from swarmproof.adapters.mlr import observe
-from swarmproof.assess.between import cubics
-from swarmproof.assess.candidates import Candidates, Mask, closest_at_samples, tracked
+from swarmproof.assess.observing import View, observe_round, reference_pieces
 from swarmproof.assess.separation import Separation
 from swarmproof.claims.flight import (
     FLIGHT_CLAIMS,
     Approach,
     FlightClaim,
-    ObservedAttempt,
     ObservedFlight,
-    ObservedRound,
 )
 from swarmproof.claims.predicates import Broken
 from swarmproof.claims.registry import CLAIMS, Claim, Kind
 from swarmproof.flight.fly import Flight
-from swarmproof.flight.state import FlightState, Name, Round
+from swarmproof.flight.state import FlightState, Round
 from swarmproof.flight.tracking import TrackingError
-from swarmproof.mlr.messages import Metadata
 from swarmproof.motion.lattice import Floats
 from swarmproof.planning.outlook import ARRIVED
-from swarmproof.planning.plan import Plan
 from swarmproof.planning.planner import Planned
 from swarmproof.planning.solvers import Status
 
@@ -86,6 +81,15 @@ class Counts:
     rejected: int = 0
     infeasible: int = 0
 
+    def count(self, planned: Planned) -> None:
+        """Count one more."""
+        if planned.plan is not None:
+            self.solved += 1
+        elif planned.status is Status.INFEASIBLE:
+            self.infeasible += 1
+        else:
+            self.rejected += 1
+
 
 @dataclass(frozen=True)
 class Flown:
@@ -129,13 +133,12 @@ class Judge:
         self._tallies: dict[str, _Tally] = {}
         self._protocol = [c for c in CLAIMS if c.kind is Kind.SAFETY and c.applies_to(flight.semantics)]
         self._recent: deque[Round] = deque(maxlen=REMEMBERED)
-        self._known = tracked(start)
-        self._candidates = self._of(start, self._known)
+        self._view = View.of(flight.lattice, start)
         self._references = Separation(flight.lattice, flight.scenario.parameters.d_min)
         self._actual = Separation(flight.lattice, flight.scenario.parameters.d_min)
         self._tracking = tracking
-        self._sampled = _Smallest()
-        self._tracked = _Smallest()
+        self._sampled = Smallest()
+        self._tracked = Smallest()
         self._qps = Counts()
         self._lost = 0
         self._rounds = 0
@@ -148,7 +151,10 @@ class Judge:
         after = flown.before.k + 1
         self._recent.append(flown)
         self._lost += sum(got.lost for got in (*flown.at_cus, *flown.at_uavs))
-        observed = self._observed(flown)
+        observed, self._view = observe_round(self._lattice, self._view, flown)
+        for attempt in flown.computed.attempts:
+            if attempt is not None:
+                self._qps.count(attempt.planned)
         for claim in FLIGHT_CLAIMS:
             if claim.in_round is not None:
                 self._tally(claim.id, after, claim.in_round(observed))
@@ -157,6 +163,10 @@ class Judge:
             self._tally(protocol_claim.id, after, protocol_claim.broken_in(seen))
         self._sampled.take(observed.flown)
         self._tracked.take(observed.learned)
+        pieces = reference_pieces(self._lattice, flown.before)
+        self._references.add(pieces)
+        if self._tracking is not None:
+            self._actual.add(pieces + self._tracking.pieces(self._lattice.steps))
         self._rounds += 1
         self._look_for_arrival(flown)
 
@@ -209,77 +219,6 @@ class Judge:
             self._tallies[claim] = _Tally(rounds, self._lost, broken[0], tuple(self._recent))
         self._tallies[claim].times += 1
 
-    def _of(self, state: FlightState, names: set[Name]) -> Candidates | None:
-        """Return the candidates among `names`; None if there are none, as when every tracker is deprecated."""
-        if not names:
-            return None
-        return Candidates(self._lattice, state.k, ((name, state.plans[name]) for name in names))
-
-    def _observed(self, flown: Round) -> ObservedRound:
-        before, after = flown.before, flown.after
-        new: dict[Name, Plan] = {}
-        attempts = []
-        for w, attempt in enumerate(flown.computed.attempts):
-            if attempt is None:
-                continue
-            planned = attempt.planned
-            attempts.append(ObservedAttempt(w, attempt.task.i, planned.feasible, planned.plan is not None, planned.why))
-            self._count(planned)
-            if planned.plan is not None:
-                new[attempt.task.i, Metadata(before.k, w)] = planned.plan
-        known, candidates = tracked(after), None
-        plans = {**{name: after.plans[name] for name in known}, **new}
-        if plans:
-            candidates = Candidates(self._lattice, after.k, plans.items())
-        recomputed = {i for i, _ in new}
-        old, self._candidates = self._candidates, candidates
-        old_known, self._known = self._known, known
-        observed = ObservedRound(
-            before.k,
-            self._flight.scenario.parameters.d_hat_min,
-            None if old is None else old.among(old_known, old_known, first=0),
-            None if candidates is None else candidates.among(known, known, first=0),
-            None if candidates is None else candidates.closest(self._selected_both(candidates, flown, new)),
-            None
-            if candidates is None
-            else candidates.among(new, {name for name in known if name[0] not in recomputed}),
-            None if old is None else _unplanned(old, old_known, recomputed),
-            None if candidates is None else _unplanned(candidates, known, recomputed),
-            self._flown(before),
-            attempts,
-        )
-        return observed
-
-    def _selected_both(self, candidates: Candidates, flown: Round, new: dict[Name, Plan]) -> Mask:
-        """Return the pairs of new trajectories of which each CU had both UAVs in its A_ET(k)."""
-        attempts = {Metadata(flown.before.k, w): attempt for w, attempt in enumerate(flown.computed.attempts)}
-        selected = {name: attempt.task.selected for name in new if (attempt := attempts[name[1]]) is not None}
-        pairs = candidates.pairs(candidates.have(new), candidates.have(new))
-        for a, b in np.argwhere(pairs):
-            one, other = candidates.names[a], candidates.names[b]
-            pairs[a, b] = {one[0], other[0]} <= selected[one] & selected[other]
-        return pairs
-
-    def _flown(self, state: FlightState) -> Approach | None:
-        """Return the closest references at the samples of this round, and collect them for the times between."""
-        k, m = state.k, self._lattice.steps
-        plans = [state.followed(i) for i in range(len(state.swarm.uavs))]
-        states = np.array([plan.state_at(k) for plan in plans])
-        pieces = cubics(states, np.array([plan.jerk_in(k) for plan in plans]), self._lattice.scaling, m)
-        self._references.add(pieces)
-        if self._tracking is not None:
-            self._actual.add(pieces + self._tracking.pieces(m))
-        names = [(i, uav.followed.metadata) for i, uav in enumerate(state.swarm.uavs)]
-        return closest_at_samples(self._lattice, k, names, pieces[:, :, :, 0])
-
-    def _count(self, planned: Planned) -> None:
-        if planned.plan is not None:
-            self._qps.solved += 1
-        elif planned.status is Status.INFEASIBLE:
-            self._qps.infeasible += 1
-        else:
-            self._qps.rejected += 1
-
     def _look_for_arrival(self, flown: Round) -> None:
         """Note who is not at its target after the round, and since when nobody was."""
         after = flown.after
@@ -298,21 +237,17 @@ class Judge:
 
 
 @dataclass
-class _Smallest:
+class Smallest:
     """The smallest squared distance so far, exactly, in m²."""
 
     square: Fraction | None = None
 
     def take(self, approach: Approach | None) -> None:
+        """Take one more approach into account, if it is one."""
         if approach is not None and (self.square is None or approach.square < self.square):
             self.square = approach.square
 
     def distance(self) -> float:
+        """Return it in m; there must have been an approach."""
         assert self.square is not None
         return sqrt(self.square)
-
-
-def _unplanned(candidates: Candidates, known: set[Name], recomputed: set[int]) -> Approach | None:
-    """Return the closest approach of trajectories in trackers of UAVs that were not planned."""
-    names = {name for name in known if name[0] not in recomputed}
-    return candidates.among(names, names)

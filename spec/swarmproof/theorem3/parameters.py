@@ -50,7 +50,7 @@ class Reading(StrEnum):
     def parse(cls, text: str) -> Reading:
         """Return the reading called `text`; raise :class:`BadInput` if there is none."""
         if text not in list(cls):
-            raise BadInput(f"there is no reading {_shown(text)}: choose {', '.join(list(cls)[:-1])} or {list(cls)[-1]}")
+            raise BadInput(f"there is no reading {shown(text)}: choose {', '.join(list(cls)[:-1])} or {list(cls)[-1]}")
         return cls(text)
 
 
@@ -116,7 +116,16 @@ class Parameters:
         Raises:
             BadInput: the file cannot be read or is no TOML, or a name or value that cannot be.
         """
-        return cls()._changed([*_toml_entries(path), *_set_entries(changes)])
+        return cls.from_table(os.fspath(path), read_toml(path, "parameter file", "T_c = 0.1"), changes)
+
+    @classmethod
+    def from_table(cls, place: str, table: Mapping[str, object], changes: Iterable[str] = ()) -> Parameters:
+        """Return the same of a `table` that :func:`read_toml` has read.
+
+        Raises:
+            BadInput: a name or value that cannot be; `place` says where the table is.
+        """
+        return cls()._changed([*((place, name, raw) for name, raw in table.items()), *_set_entries(changes)])
 
     def with_changes(self, changes: Iterable[str]) -> Parameters:
         """Return these parameters with each ``NAME=VALUE`` of `changes` applied.
@@ -146,9 +155,9 @@ class Parameters:
         for place, name, raw in entries:
             try:
                 if isinstance(raw, Mapping):
-                    raise BadInput(f"{_shown(name)} is a table, which is not a value: write lines such as T_c = 0.1")
+                    raise BadInput(f"{shown(name)} is a table, which is not a value: write lines such as T_c = 0.1")
                 if name not in NAMES:
-                    raise BadInput(f"there is no parameter {_shown(name)}: {_near(name)}")
+                    raise BadInput(f"there is no parameter {shown(name)}: {near_match(name, NAMES)}")
                 value = _read(name, raw)
                 _check(name, value)
             except BadInput as mistake:
@@ -217,55 +226,58 @@ def read_number(raw: object) -> Fraction:
     if isinstance(raw, float):
         raise BadInput(f"{raw!r} is a rounded number: write it as a text, which is read exactly")
     if isinstance(raw, bool) or not isinstance(raw, (int, str)):
-        raise BadInput(f"{_shown(raw)} is not a number: write a decimal such as 0.1, or a text such as 1/6")
+        raise BadInput(f"{shown(raw)} is not a number: write a decimal such as 0.1, or a text such as 1/6")
     # an int is compared before it is printed, as printing a huge one is slow or refused
     value = Fraction(raw) if isinstance(raw, int) else _text_number(raw.strip())
     if abs(value) > LARGEST or (value and abs(value) < SMALLEST):
-        raise _out_of_range("an integer of many digits" if isinstance(raw, int) else _shown(raw))
+        raise _out_of_range("an integer of many digits" if isinstance(raw, int) else shown(raw))
     return value
 
 
 def _text_number(text: str) -> Fraction:
     if len(text) > MOST_DIGITS:
-        raise BadInput(f"{_shown(text)} is too long for a number: {MOST_DIGITS} characters are enough")
+        raise BadInput(f"{shown(text)} is too long for a number: {MOST_DIGITS} characters are enough")
     if decimal := _DECIMAL.fullmatch(text):
         # refused before the power of ten is built
         if abs(int(decimal[1] or 0)) > MOST_DIGITS:
-            raise _out_of_range(_shown(text))
+            raise _out_of_range(shown(text))
     elif not _FRACTION.fullmatch(text):
-        raise BadInput(f"{_shown(text)} is not a number: write a decimal such as 0.1 or a fraction such as 1/6")
+        raise BadInput(f"{shown(text)} is not a number: write a decimal such as 0.1 or a fraction such as 1/6")
     elif not int(text.partition("/")[2]):
-        raise BadInput(f"{_shown(text)} divides by zero: write a fraction such as 1/6")
+        raise BadInput(f"{shown(text)} divides by zero: write a fraction such as 1/6")
     return Fraction(text)
 
 
-def _out_of_range(shown: str) -> BadInput:
-    return BadInput(f"{shown} is out of range: a value is 0, or between 1e-9 and 1e6 without its sign (SI units)")
+def _out_of_range(text: str) -> BadInput:
+    return BadInput(f"{text} is out of range: a value is 0, or between 1e-9 and 1e6 without its sign (SI units)")
 
 
-def _toml_entries(path: str | os.PathLike[str]) -> list[tuple[str, str, object]]:
+def read_toml(path: str | os.PathLike[str], kind: str, line: str) -> dict[str, Any]:
+    """Return the table in the TOML file `path`, in which decimals are texts that :func:`read_number` reads exactly.
+
+    Raises:
+        BadInput: the file cannot be read, is too long or is no TOML; `kind` and an example `line` say what would be.
+    """
     place = os.fspath(path)
     try:
         with open(path, "rb") as file:
             content = file.read(MOST_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
-        raise BadInput(f"cannot read the parameter file {place}: {reason}") from None
+        raise BadInput(f"cannot read the {kind} {place}: {reason}") from None
     if len(content) > MOST_BYTES:
-        raise BadInput(f"{place} is too long for a parameter file: {MOST_BYTES} bytes are enough")
+        raise BadInput(f"{place} is too long for a {kind}: {MOST_BYTES} bytes are enough")
     try:
-        # decimals stay texts until they are read exactly
-        table = tomllib.loads(content.decode(), parse_float=lambda text: text.replace("_", ""))
+        return tomllib.loads(content.decode(), parse_float=lambda text: text.replace("_", ""))
     except RecursionError:
-        raise BadInput(f"{place} is not a parameter file: its lists are nested too deeply") from None
+        raise BadInput(f"{place} is not a {kind}: its lists are nested too deeply") from None
     except UnicodeDecodeError:
-        raise BadInput(f"{place} is not a text file (UTF-8) with lines such as T_c = 0.1") from None
+        raise BadInput(f"{place} is not a text file (UTF-8) with lines such as {line}") from None
     except tomllib.TOMLDecodeError as error:
-        raise BadInput(f"{place} is not TOML with lines such as T_c = 0.1: {error}") from None
+        raise BadInput(f"{place} is not TOML with lines such as {line}: {error}") from None
     except ValueError:
         # Python refuses to read an integer of thousands of digits
         raise BadInput(f"{place} has a number of far too many digits: {MOST_DIGITS} are enough") from None
-    return [(place, name, raw) for name, raw in table.items()]
 
 
 def _set_entries(changes: Iterable[str]) -> list[tuple[str, str, object]]:
@@ -273,17 +285,18 @@ def _set_entries(changes: Iterable[str]) -> list[tuple[str, str, object]]:
     for change in changes:
         name, equals, value = change.partition("=")
         if not equals:
-            raise BadInput(f"--set {_shown(change)} is not of the form NAME=VALUE, such as T_c=0.05")
+            raise BadInput(f"--set {shown(change)} is not of the form NAME=VALUE, such as T_c=0.05")
         if len(value) > MOST_TEXT:
-            raise BadInput(f"--set {_shown(name)} has a value of {len(value)} characters: {MOST_TEXT} are enough")
+            raise BadInput(f"--set {shown(name)} has a value of {len(value)} characters: {MOST_TEXT} are enough")
         entries.append(("--set", name.strip(), value))
     return entries
 
 
-def _near(name: str) -> str:
-    by_lower = {known.lower(): known for known in NAMES}
+def near_match(name: str, known: Iterable[str]) -> str:
+    """Return what to say of an unknown `name`: the nearest of the `known` ones, or all of them."""
+    by_lower = {one.lower(): one for one in known}
     near = get_close_matches(name[:MOST_DIGITS].lower(), by_lower, n=1)
-    return f"did you mean {by_lower[near[0]]}?" if near else f"choose one of {', '.join(NAMES)}"
+    return f"did you mean {by_lower[near[0]]}?" if near else f"choose one of {', '.join(by_lower.values())}"
 
 
 def _read(name: str, raw: object) -> object:
@@ -380,8 +393,8 @@ def _compact(name: str, value: Any) -> str:
     return exact_text(parts[0]) if len(parts) == 3 and len(set(parts)) == 1 else ",".join(map(exact_text, parts))
 
 
-def _shown(raw: object) -> str:
-    """Return `raw` for a message, on one line and not too long."""
+def shown(raw: object) -> str:
+    """Return `raw`, a value as TOML has it, for a message: on one line and not too long."""
     if isinstance(raw, bool):
         return str(raw).lower()
     # their repr could be endless, or refused because of a huge integer within

@@ -1,0 +1,225 @@
+"""What is flown: the swarm's parameters, the weights of its cost, starts and targets; checked when it is made."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
+from fractions import Fraction
+from math import isfinite, sqrt
+
+from swarmproof.scenario.points import Point, closest_pair, draw, scaling
+from swarmproof.semantics.switches import BadInput
+from swarmproof.theorem3.parameters import Box, Parameters, exact_text
+
+FEWEST_UAVS, MOST_UAVS = 2, 64
+SHORTEST_HORIZON, LONGEST_HORIZON = 2, 40
+MOST_ROUNDS = 100_000
+#: How many collision samples one period may have, and how large L may be, the least common denominator of Θ⁻¹.
+MOST_SAMPLES = 10
+MOST_DENOMINATOR = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class Weights:
+    """The weights of the cost (13a) and of Appendix B's soft constraint; the defaults are the published ones.
+
+    Raises:
+        BadInput: a weight is negative or not finite, or `position` or `jerk` is 0: the optimum would not be unique.
+    """
+
+    position: float = 1.0
+    speed: float = 1e-4
+    acceleration: float = 5e-3
+    jerk: float = 1e-3
+    #: of the soft constraint
+    band: float = 0.5
+    #: m
+    band_width: float = 0.3
+
+    def __post_init__(self) -> None:
+        """Raise :class:`BadInput` on a weight that cannot be."""
+        for name in WEIGHTS:
+            value = getattr(self, name)
+            if not isfinite(value) or value < 0:
+                raise BadInput(f"the weight {name} must be 0 or a positive number, not {value}")
+            if value == 0 and name in ("position", "jerk"):
+                raise BadInput(f"the weight {name} must be positive, not 0")
+
+
+#: The names of the weights.
+WEIGHTS: tuple[str, ...] = tuple(one.name for one in fields(Weights))
+
+
+@dataclass(frozen=True, slots=True)
+class TargetChange:
+    """From `round` on, `points[i]` (m) is the target of UAV i."""
+
+    round: int
+    points: tuple[Point, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Redraw:
+    """Every `every` rounds, new random targets, `separation` (m, scaled) or more apart."""
+
+    every: int
+    separation: Fraction
+    seed: int
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """What is flown.
+
+    Attributes:
+        horizon: H, in periods T.
+        starts: where UAV i hovers at first (m; Remark 2).
+        targets: the changes of the targets; if `redraw` is given, it goes on after the last of them.
+        rounds: the length of a flight where no other is asked for.
+
+    Raises:
+        BadInput: a value that cannot be flown, such as two starts closer than d̂_min.
+    """
+
+    name: str
+    parameters: Parameters
+    horizon: int
+    weights: Weights
+    starts: tuple[Point, ...]
+    targets: tuple[TargetChange, ...]
+    rounds: int
+    redraw: Redraw | None = None
+    #: the random targets so far, by round: whatever is asked for first, the answers are the same
+    _drawn: dict[int, tuple[Point, ...]] = field(default_factory=dict, init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        """Raise :class:`BadInput` on a value that cannot be flown."""
+        for what, value, low, high in (
+            ("horizon", self.horizon, SHORTEST_HORIZON, LONGEST_HORIZON),
+            ("rounds", self.rounds, 1, MOST_ROUNDS),
+            ("the number of UAVs", self.uavs, FEWEST_UAVS, MOST_UAVS),
+        ):
+            if not low <= value <= high:
+                raise BadInput(f"{what} must be from {low} to {high}, not {value}")
+        space = flying_space(self.parameters)
+        if not self.targets or self.targets[0].round != 0:
+            raise BadInput("there are no targets from round 0 on: the first of the targets must have round = 0")
+        for earlier, later in zip(self.targets, self.targets[1:], strict=False):
+            if later.round <= earlier.round:
+                raise BadInput(
+                    f"the targets of round {later.round} come after those of round {earlier.round}: sort them"
+                )
+        _check_points("start", "", self.starts, space, self.parameters)
+        for change in self.targets:
+            if len(change.points) != self.uavs:
+                raise BadInput(
+                    f"there are {self.uavs} starts, but {len(change.points)} targets from round {change.round} on"
+                )
+            _check_points("target", f" from round {change.round} on", change.points, space, self.parameters)
+        if self.redraw:
+            check_separation(self.redraw.separation, self.parameters)
+
+    @property
+    def uavs(self) -> int:
+        """N."""
+        return len(self.starts)
+
+    def targets_at(self, k: int) -> tuple[Point, ...]:
+        """Return the target of every UAV in round k >= 0 (m).
+
+        Raises:
+            BadInput: new random targets were not found (see :func:`swarmproof.scenario.points.draw`).
+        """
+        change = self.target_change_before(k)
+        if not self.redraw or change <= self.targets[-1].round:
+            return self.targets[bisect_right(self.targets, change, key=_round) - 1].points
+        if change not in self._drawn:
+            redraw, parameters = self.redraw, self.parameters
+            self._drawn[change] = draw(
+                flying_space(parameters),
+                parameters.theta_inverse,
+                self.uavs,
+                redraw.separation,
+                redraw.seed,
+                label(change),
+            )
+        return self._drawn[change]
+
+    def target_change_before(self, k: int) -> int:
+        """Return the last round <= k in which the targets changed; for k >= 0."""
+        last = self.targets[-1].round
+        if self.redraw and k > last:
+            return k - (k - last) % self.redraw.every
+        return self.targets[bisect_right(self.targets, k, key=_round) - 1].round
+
+
+def flying_space(parameters: Parameters) -> Box:
+    """Return the flying space (m: low and high per axis) of `parameters` with which one can fly.
+
+    Raises:
+        BadInput: there is no flying space, or the planner's problem (13) and the exact motion make no sense.
+    """
+    if parameters.order != 3:
+        raise BadInput("order must be 3: a flight plans jerks")
+    if parameters.T_b != parameters.T_s:
+        raise BadInput(f"T_b={exact_text(parameters.T_b)} must equal T_s={exact_text(parameters.T_s)}, one period")
+    samples = parameters.T_s / parameters.T_c
+    if samples.denominator != 1 or samples > MOST_SAMPLES:
+        raise BadInput(
+            f"T_s must be 1 to {MOST_SAMPLES} times T_c, a whole number: "
+            f"T_s={exact_text(parameters.T_s)} is {exact_text(samples)} times T_c={exact_text(parameters.T_c)}"
+        )
+    _, denominator = scaling(parameters.theta_inverse)
+    if denominator > MOST_DENOMINATOR:
+        raise BadInput(
+            f"theta_inverse has the least common denominator {denominator}: "
+            f"simpler fractions are needed, with at most {MOST_DENOMINATOR}"
+        )
+    if parameters.workspace is None:
+        raise BadInput("the flying space is missing: give workspace, low and high of x, y and z in m")
+    return parameters.workspace
+
+
+def label(round_: int) -> str:
+    """Return what is drawn for the targets from `round_` on, as :func:`swarmproof.scenario.points.draw` wants it."""
+    return f"targets {round_}"
+
+
+def check_separation(separation: Fraction, parameters: Parameters) -> None:
+    """Raise :class:`BadInput` if random points with this separation (m, scaled) may be closer than d̂_min."""
+    if separation < parameters.d_hat_min:
+        raise BadInput(
+            f"separation={exact_text(separation)} must be at least d_hat_min={exact_text(parameters.d_hat_min)}"
+        )
+
+
+def _round(change: TargetChange) -> int:
+    return change.round
+
+
+def _check_points(what: str, when: str, points: Sequence[Point], space: Box, parameters: Parameters) -> None:
+    """Raise :class:`BadInput` unless the points, `what` `when`, are in the flying space and d̂_min apart."""
+    for i, point in enumerate(points):
+        for axis, value, (low, high) in zip("xyz", point, space, strict=True):
+            if not isfinite(value):
+                raise BadInput(f"the {what} of UAV {i}{when} has {axis}={value}, which is not a finite number")
+            if not low <= value <= high:
+                shown = _text(value, low, "less") if value < low else _text(value, high, "more")
+                raise BadInput(
+                    f"the {what} of UAV {i}{when} is outside the flying space: "
+                    f"{axis}={shown} is not in {exact_text(low)}…{exact_text(high)}"
+                )
+    square, i, j = closest_pair(points, parameters.theta_inverse)
+    if square < parameters.d_hat_min**2:
+        distance = _text(sqrt(square), parameters.d_hat_min, "less")
+        raise BadInput(
+            f"the {what}s of UAV {i} and UAV {j}{when} are too close: their scaled distance is {distance} m, "
+            f"but d_hat_min={exact_text(parameters.d_hat_min)} m is needed"
+        )
+
+
+def _text(value: float, bound: Fraction, side: str) -> str:
+    """Return `value`, which is on this `side` (less, more) of `bound`, be it by the rounding of a float only."""
+    short = f"{value:.6g}"
+    return short if short != f"{float(bound):.6g}" else f"{short} (rounded; a little {side})"

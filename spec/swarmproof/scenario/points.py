@@ -1,0 +1,98 @@
+"""Points of a scenario and their scaled distances, decided exactly: every float is a fraction."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from itertools import combinations
+from math import ceil, floor, lcm
+from random import Random
+
+from swarmproof.semantics.switches import BadInput
+from swarmproof.theorem3.parameters import Box, Matrix, exact_text
+
+#: x, y, z in m.
+Point = tuple[float, float, float]
+Integers = tuple[int, int, int]
+
+#: m; random points keep this distance from the walls of the flying space, per axis.
+ROOM = Fraction(1, 10)
+#: Random coordinates are whole multiples of 1/2²⁰ m, about a micrometre: floats and integers hold them exactly.
+PER_METRE = 2**20
+#: How many random points are tried for one set of points.
+MOST_TRIES = 20_000
+
+
+def scaling(theta_inverse: Matrix) -> tuple[tuple[Integers, ...], int]:
+    """Return S = L·Θ⁻¹, a matrix of integers, and L, the least number that makes it one."""
+    factor = lcm(*(entry.denominator for row in theta_inverse for entry in row))
+    return tuple((int(a * factor), int(b * factor), int(c * factor)) for a, b, c in theta_inverse), factor
+
+
+def closest_pair(points: Sequence[Point], theta_inverse: Matrix) -> tuple[Fraction, int, int]:
+    """Return the smallest scaled squared distance ‖Θ⁻¹(p_j − p_i)‖² (m², exact; eq. 2) and the i < j that have it.
+
+    `points` are two or more, of finite numbers.
+    """
+    matrix, factor = scaling(theta_inverse)
+    ratios = [[coordinate.as_integer_ratio() for coordinate in point] for point in points]
+    unit = max(below for ratio in ratios for _, below in ratio)
+    scaled = [_product(matrix, [above * (unit // below) for above, below in ratio]) for ratio in ratios]
+    square, i, j = min((_square(scaled[i], scaled[j]), i, j) for i, j in combinations(range(len(points)), 2))
+    return Fraction(square, (unit * factor) ** 2), i, j
+
+
+def draw(
+    space: Box, theta_inverse: Matrix, uavs: int, separation: Fraction, seed: int, label: str
+) -> tuple[Point, ...]:
+    """Return `uavs` random points in the flying space `space`, pairwise `separation` (m, scaled) or more apart.
+
+    The coordinates are uniform over the space less :data:`ROOM` on every side; a point that is too close to one
+    before it is drawn again. The same arguments give the same points on every machine and in every version of Python:
+    all comes from ``random.Random(f"{seed} {label}").random()``, whose sequence Python promises to keep.
+
+    Raises:
+        BadInput: there is no room for them, or none was found in :data:`MOST_TRIES` tries.
+    """
+    ranges = _ranges(space)
+    matrix, factor = scaling(theta_inverse)
+    needed = ceil((separation * factor * PER_METRE) ** 2)
+    random = Random(f"{seed} {label}")
+    points: list[Integers] = []
+    scaled: list[Integers] = []
+    for _ in range(MOST_TRIES):
+        x, y, z = (low + int(random.random() * count) for low, count in ranges)
+        candidate = _product(matrix, (x, y, z))
+        if any(_square(candidate, other) < needed for other in scaled):
+            continue
+        points.append((x, y, z))
+        scaled.append(candidate)
+        if len(points) == uavs:
+            return tuple((x / PER_METRE, y / PER_METRE, z / PER_METRE) for x, y, z in points)
+    raise BadInput(
+        f"{uavs} random points with separation={exact_text(separation)} do not fit into the flying space: "
+        f"{MOST_TRIES} tries found room for {len(points)}, so fewer UAVs or a smaller separation would do"
+    )
+
+
+def _ranges(space: Box) -> list[tuple[int, int]]:
+    """Return, per axis, the lowest coordinate that may be drawn and how many there are, in 1/PER_METRE m."""
+    ranges = []
+    for axis, (low, high) in zip("xyz", space, strict=True):
+        lowest, highest = ceil((low + ROOM) * PER_METRE), floor((high - ROOM) * PER_METRE)
+        if lowest > highest:
+            raise BadInput(
+                f"the flying space {axis}={exact_text(low)}…{exact_text(high)} is too thin for random points, "
+                f"which keep {exact_text(ROOM)} m from its walls"
+            )
+        ranges.append((lowest, highest - lowest + 1))
+    return ranges
+
+
+def _product(matrix: tuple[Integers, ...], point: Sequence[int]) -> Integers:
+    x, y, z = (row[0] * point[0] + row[1] * point[1] + row[2] * point[2] for row in matrix)
+    return (x, y, z)
+
+
+def _square(a: Integers, b: Integers) -> int:
+    return (a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2
