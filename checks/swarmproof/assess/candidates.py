@@ -12,9 +12,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmproof.claims.flight import Approach
+from swarmproof.claims.flight import Approach, PlannedBy
 from swarmproof.flight.state import FlightState, Name
-from swarmproof.mlr.messages import HOVERING
 from swarmproof.motion.lattice import Floats, Lattice
 from swarmproof.planning.plan import Plan
 
@@ -117,11 +116,5 @@ def closest_at_samples(lattice: Lattice, k: int, names: Sequence[Name], position
 def _approach(lattice: Lattice, k: int, names: tuple[Name, Name], apart: Floats, h: int) -> Approach:
     square = sum(int(x) ** 2 for x in apart) * lattice.scaled_unit**2
     time = k * lattice.parameters.T_s + h * lattice.parameters.T_c
-    (i, _), (j, _) = names
-    return Approach(square, (i, j), (in_words(names[0]), in_words(names[1])), time)
-
-
-def in_words(name: Name) -> str:
-    """Return what a trajectory is called, without its UAV."""
-    _, metadata = name
-    return "hovering" if metadata == HOVERING.metadata else f"planned in round {metadata.round} by CU {metadata.cu}"
+    (i, one), (j, other) = names
+    return Approach(square, (i, j), (PlannedBy(*one), PlannedBy(*other)), time)

@@ -11,13 +11,16 @@ from math import sqrt
 import numpy as np
 
 from swarmproof.adapters.mlr import observe
+from swarmproof.assess.chain import explain
 from swarmproof.assess.observing import View, observe_round, reference_pieces
 from swarmproof.assess.separation import Separation
 from swarmproof.claims.flight import (
     FLIGHT_CLAIMS,
     Approach,
+    Dip,
     FlightClaim,
     ObservedFlight,
+    PlannedBy,
 )
 from swarmproof.claims.predicates import Broken
 from swarmproof.claims.registry import CLAIMS, Claim, Kind
@@ -31,8 +34,8 @@ from swarmproof.planning.solvers import Status
 
 #: Rounds after which a swarm whose targets no longer change should have arrived.
 PATIENCE = 250
-#: Rounds that are kept for telling how a violation came about: a trajectory is older only if it ended.
-REMEMBERED = 64
+#: Rounds that are kept for telling how a violation came about.
+REMEMBERED = 1000
 
 
 class FlightVerdict(StrEnum):
@@ -52,7 +55,7 @@ class Judged:
         rounds: complete rounds before the first violation.
         lost: messages lost before it.
         times: in how many rounds it was broken.
-        cause: the rounds up to the first violation, latest last; empty where nothing is violated.
+        chain: how the first violation came about, a sentence each, where it is about two trajectories.
     """
 
     claim: Claim | FlightClaim
@@ -61,7 +64,7 @@ class Judged:
     rounds: int | None = None
     lost: int | None = None
     times: int = 0
-    cause: tuple[Round, ...] = ()
+    chain: tuple[str, ...] = ()
 
 
 @dataclass
@@ -69,7 +72,7 @@ class _Tally:
     rounds: int
     lost: int
     first: Broken
-    cause: tuple[Round, ...]
+    chain: tuple[str, ...]
     times: int = 0
 
 
@@ -157,7 +160,7 @@ class Judge:
                 self._qps.count(attempt.planned)
         for claim in FLIGHT_CLAIMS:
             if claim.in_round is not None:
-                self._tally(claim.id, after, claim.in_round(observed))
+                self._tally(claim.id, after, claim.in_round(observed), claim.approach and claim.approach(observed))
         seen = observe(flown.after.swarm)
         for protocol_claim in self._protocol:
             self._tally(protocol_claim.id, after, protocol_claim.broken_in(seen))
@@ -184,7 +187,8 @@ class Judge:
         )
         for claim in FLIGHT_CLAIMS:
             if claim.in_flight is not None:
-                self._tally(claim.id, self._rounds, claim.in_flight(whole))
+                at = self._references_at(references) if claim.id == "eq-2" else None
+                self._tally(claim.id, self._rounds, claim.in_flight(whole), at)
         asked: list[Claim | FlightClaim] = [*self._protocol, *FLIGHT_CLAIMS]
         arrived_after = None if self._arrived_at is None else self._arrived_at - self._change
         return Flown(
@@ -201,6 +205,16 @@ class Judge:
             tuple(self._judged(claim, whole) for claim in asked),
         )
 
+    def _references_at(self, dip: Dip) -> Approach | None:
+        """Return whose references come so close in `dip`; None if that round is forgotten."""
+        k = int(dip.time / float(self._lattice.parameters.T_s))
+        for flown in self._recent:
+            if flown.before.k == k:
+                uavs = flown.before.swarm.uavs
+                i, j = (PlannedBy(*uavs[n].followed.metadata) for n in dip.uavs)
+                return Approach(Fraction(dip.lower) ** 2, dip.uavs, (i, j), Fraction(dip.time))
+        return None
+
     def _judged(self, claim: Claim | FlightClaim, whole: ObservedFlight) -> Judged:
         if claim.id == "eq-2-actual" and whole.actual is None:
             return Judged(claim, FlightVerdict.NOT_APPLICABLE, "the UAVs follow their references exactly")
@@ -209,14 +223,15 @@ class Judge:
             return Judged(claim, FlightVerdict.NOT_VIOLATED, f"not in these {self._rounds} rounds")
         cus = "".join(f"CU {w}: " for w in tally.first.cus)
         return Judged(
-            claim, FlightVerdict.VIOLATED, cus + tally.first.why, tally.rounds, tally.lost, tally.times, tally.cause
+            claim, FlightVerdict.VIOLATED, cus + tally.first.why, tally.rounds, tally.lost, tally.times, tally.chain
         )
 
-    def _tally(self, claim: str, rounds: int, broken: list[Broken]) -> None:
+    def _tally(self, claim: str, rounds: int, broken: list[Broken], approach: Approach | None = None) -> None:
         if not broken:
             return
         if claim not in self._tallies:
-            self._tallies[claim] = _Tally(rounds, self._lost, broken[0], tuple(self._recent))
+            chain = () if approach is None else tuple(explain(self._lattice, self._recent, approach))
+            self._tallies[claim] = _Tally(rounds, self._lost, broken[0], chain)
         self._tallies[claim].times += 1
 
     def _look_for_arrival(self, flown: Round) -> None:

@@ -143,7 +143,7 @@ class Flight:
             algorithm1.update(cu, got.inbox, self.cus, self.semantics)
             for cu, got in zip(computed.after.cus, at_cus, strict=True)
         )
-        knowledge = tuple(self._learn(state, computed, w, got) for w, got in enumerate(at_cus))
+        knowledge = tuple(self.learn(state, computed, w, got) for w, got in enumerate(at_cus))
         swarm = Swarm(state.k + 1, uavs, cus)
         return Round(
             state,
@@ -197,7 +197,7 @@ class Flight:
         task = Task(state.k, i, held[i][0], others, frozenset(cu.a_et or ()), outlook.targets[i])
         return Attempt(task, self._planner.plan(task))
 
-    def _learn(self, state: FlightState, computed: Computed, w: int, got: Reception) -> Knowledge:
+    def learn(self, state: FlightState, computed: Computed, w: int, got: Reception) -> Knowledge:
         """Return what CU w knows after the round: UAVs say their targets, CUs their detours."""
         known = state.knowledge[w]
         points = self.scenario.targets_at(state.k)

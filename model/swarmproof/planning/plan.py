@@ -72,6 +72,18 @@ class Plan:
             [self.positions[period * self.lattice.steps], self.velocities[period], self.accelerations[period]]
         )
 
+    def position(self, step: float) -> Floats:
+        """Return the position `step` steps T_c (whole or not, at least 0) after the start, rounded. Shape (3,)."""
+        m, horizon = self.lattice.steps, self.lattice.horizon
+        period = min(int(step / m), horizon)
+        since = min(step, m * horizon) - period * m
+        position, velocity, acceleration = self.state_at(self.start + period)
+        moved: Floats = (
+            3 * velocity * since + 3 * acceleration * since**2 + self.jerk_in(self.start + period) * since**3
+        )
+        moved += position
+        return moved
+
     def jerk_in(self, k: int) -> Floats:
         """Return the jerk in round k. Shape (3,)."""
         period = k - self.start

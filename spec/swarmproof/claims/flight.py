@@ -9,9 +9,21 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from operator import attrgetter
 from typing import NamedTuple
 
 from swarmproof.claims.predicates import Broken
+
+
+class PlannedBy(NamedTuple):
+    """In which round, and by which CU, a trajectory was planned (Section 4.2.1); round −1 is the hover at the start."""
+
+    round: int
+    cu: int
+
+    def in_words(self) -> str:
+        """Return what the trajectory is called."""
+        return "hovering" if self.round < 0 else f"planned in round {self.round} by CU {self.cu}"
 
 
 class Approach(NamedTuple):
@@ -20,13 +32,13 @@ class Approach(NamedTuple):
     Attributes:
         square: the exact squared distance in m².
         uavs: the two UAVs.
-        names: the two trajectories, in words.
+        planned: by whom the two trajectories were planned.
         time: of the sample, in s.
     """
 
     square: Fraction
     uavs: tuple[int, int]
-    names: tuple[str, str]
+    planned: tuple[PlannedBy, PlannedBy]
     time: Fraction
 
 
@@ -111,19 +123,12 @@ class ObservedFlight:
     late: Sequence[int]
 
 
-def tracked_separation(seen: ObservedRound) -> list[Broken]:
-    """Any two trajectories in trackers that are not deprecated, of different UAVs, are d̂_min apart at all samples."""
-    return _apart(seen.learned, seen.d_hat_min)
+ApproachOf = Callable[[ObservedRound], Approach | None]
 
 
-def corollary_1(seen: ObservedRound) -> list[Broken]:
-    """Two trajectories planned in the same round are d̂_min apart at all samples."""
-    return _apart(seen.both_new, seen.d_hat_min)
-
-
-def lemma_3(seen: ObservedRound) -> list[Broken]:
-    """A new trajectory is d̂_min apart from all that a UAV that was not planned may be following."""
-    return _apart(seen.one_new, seen.d_hat_min)
+def separated(approach: ApproachOf) -> Callable[[ObservedRound], list[Broken]]:
+    """Return the predicate that the trajectories of which `approach` is the closest approach are d̂_min apart."""
+    return lambda seen: _apart(approach(seen), seen.d_hat_min)
 
 
 def lemma_4(seen: ObservedRound) -> list[Broken]:
@@ -143,11 +148,6 @@ def theorem_1(seen: ObservedRound) -> list[Broken]:
         elif attempt.candidate and not attempt.solved:
             broken.append(Broken((attempt.cu,), attempt.uav, f"(13) is feasible, but no plan came out: {attempt.why}"))
     return broken
-
-
-def theorem_2(seen: ObservedRound) -> list[Broken]:
-    """The references of any two UAVs are d̂_min apart at all multiples of T_c."""
-    return _apart(seen.flown, seen.d_hat_min)
 
 
 def references_apart(seen: ObservedFlight) -> list[Broken]:
@@ -173,10 +173,10 @@ def arrives(seen: ObservedFlight) -> list[Broken]:
 def _apart(approach: Approach | None, d_hat_min: Fraction) -> list[Broken]:
     if approach is None or approach.square >= d_hat_min**2:
         return []
-    (i, j), (mine, other) = approach.uavs, approach.names
+    (i, j), (mine, other) = approach.uavs, approach.planned
     distance = float(approach.square) ** 0.5
-    why = f"UAV {i} ({mine}) and UAV {j} ({other}) are {distance:.6g} m apart at {float(approach.time):.3f} s"
-    return [Broken((), i, why)]
+    pair = f"UAV {i} ({mine.in_words()}) and UAV {j} ({other.in_words()})"
+    return [Broken((), i, f"{pair} are {distance:.6g} m apart at {float(approach.time):.3f} s")]
 
 
 def _collides(dip: Dip, d_min: Fraction) -> list[Broken]:
@@ -189,7 +189,10 @@ def _collides(dip: Dip, d_min: Fraction) -> list[Broken]:
 
 @dataclass(frozen=True)
 class FlightClaim:
-    """One statement about a flight: exactly one of the predicates is set, and returns the broken places."""
+    """One statement about a flight: `in_round` or `in_flight` is set, and returns the broken places.
+
+    `approach` is the closest approach that the claim is about, if it is about one.
+    """
 
     id: str
     wording: str
@@ -197,6 +200,7 @@ class FlightClaim:
     assumptions: str
     in_round: Callable[[ObservedRound], list[Broken]] | None = None
     in_flight: Callable[[ObservedFlight], list[Broken]] | None = None
+    approach: ApproachOf | None = None
 
 
 _START = "All UAVs hover at the start, d̂_min apart (Remark 2); any messages may be lost."
@@ -208,7 +212,8 @@ FLIGHT_CLAIMS: tuple[FlightClaim, ...] = (
         "samples of their horizon.",
         "eqs. (20) and (21), Section 4.3.2",
         _START,
-        in_round=tracked_separation,
+        in_round=separated(attrgetter("learned")),
+        approach=attrgetter("learned"),
     ),
     FlightClaim(
         "theorem-1",
@@ -222,7 +227,8 @@ FLIGHT_CLAIMS: tuple[FlightClaim, ...] = (
         "Two trajectories that CUs plan in one round, both UAVs in A_ET(k), are at least d̂_min apart at all samples.",
         "Corollary 1, eq. (16)",
         "Both satisfy (13f).",
-        in_round=corollary_1,
+        in_round=separated(attrgetter("both_new")),
+        approach=attrgetter("both_new"),
     ),
     FlightClaim(
         "lemma-3",
@@ -230,7 +236,8 @@ FLIGHT_CLAIMS: tuple[FlightClaim, ...] = (
         "UAV j that was not planned.",
         "Lemma 3, eq. (17)",
         "It satisfies (13f).",
-        in_round=lemma_3,
+        in_round=separated(attrgetter("one_new")),
+        approach=attrgetter("one_new"),
     ),
     FlightClaim(
         "lemma-4",
@@ -239,13 +246,15 @@ FLIGHT_CLAIMS: tuple[FlightClaim, ...] = (
         "Lemma 4, eqs. (18) and (19)",
         "Eq. (18).",
         in_round=lemma_4,
+        approach=attrgetter("none_new_after"),
     ),
     FlightClaim(
         "theorem-2",
         "The references of any two UAVs are at least d̂_min apart at all multiples of T_c.",
         "Theorem 2, eq. (23)",
         _START,
-        in_round=theorem_2,
+        in_round=separated(attrgetter("flown")),
+        approach=attrgetter("flown"),
     ),
     FlightClaim(
         "eq-2",

@@ -1,0 +1,132 @@
+"""How two trajectories came to be too close: loss → trackers → stale assumption → plan → place of the closest approach.
+
+The trajectory that was planned last is the one whose CU should have kept away from the other. So the story is about
+what that CU held, and why.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
+
+import numpy as np
+
+from swarmproof.claims.flight import Approach, PlannedBy
+from swarmproof.flight.state import Attempt, Name, Round
+from swarmproof.mlr.messages import HOVERING, Metadata
+from swarmproof.motion.lattice import Lattice
+from swarmproof.planning.plan import Plan
+
+
+def explain(lattice: Lattice, rounds: Iterable[Round], approach: Approach) -> list[str]:
+    """Return the chain of events, a sentence each, that led to an approach.
+
+    Args:
+        lattice: the units.
+        rounds: the rounds up to the approach, without gaps.
+        approach: of two trajectories in them.
+    """
+    rounds = list(rounds)
+    by_round = {flown.before.k: flown for flown in rounds}
+    names = [(i, Metadata(*planned)) for i, planned in zip(approach.uavs, approach.planned, strict=True)]
+    one, other = sorted(names, key=lambda name: (name[1].round, name[0]), reverse=True)
+    chain: list[str] = []
+    if one[1] == HOVERING.metadata or one[1].round not in by_round:
+        chain.append(f"UAV {one[0]}'s trajectory, {in_words(one)}, is older than what is remembered of the flight.")
+    else:
+        planned = by_round[one[1].round]
+        attempt = planned.computed.attempts[one[1].cu]
+        assert attempt is not None
+        chain += _losses(by_round, one, other)
+        chain += _assumption(planned, attempt, one, other)
+        chain += _plan(lattice, attempt, one)
+    return [*chain, _place(lattice, rounds, (one, other), approach.time)]
+
+
+def _losses(by_round: dict[int, Round], one: Name, other: Name) -> list[str]:
+    """Say which messages the planning CU missed since it could have heard of the other trajectory."""
+    w, k = one[1].cu, one[1].round
+    first = max(other[1].round, min(by_round))
+    missed = []
+    for r in range(first, k):
+        got = by_round[r].at_cus[w]
+        what = [f"the message in CU {s}'s slot" for s in got.lost_slots]
+        what += [f"the metadata of UAV {i}" for i in got.lost_uavs if i in (one[0], other[0])]
+        if what:
+            missed.append(f"in round {r}, CU {w} does not get {' and '.join(what)}")
+    for i, metadata in (one, other):
+        r = metadata.round
+        if r in by_round and metadata.cu in by_round[r].at_uavs[i].lost_slots:
+            missed.append(f"in round {r}, UAV {i} does not get CU {metadata.cu}'s message")
+    return ["Loss: " + "; ".join(missed) + "."] if missed else ["Loss: none that concerns these trajectories."]
+
+
+def _assumption(planned: Round, attempt: Attempt, one: Name, other: Name) -> list[str]:
+    """Say what the planning CU believed of both UAVs, and whether it was true."""
+    w, k = one[1].cu, one[1].round
+    cu = planned.before.swarm.cus[w]
+    lines = []
+    for i in (one[0], other[0]):
+        tracker = cu.trackers[i]
+        held = ", ".join(in_words((i, trajectory.metadata)) for trajectory in tracker.trajectories)
+        flag = "deprecated" if tracker.deprecated else "not deprecated"
+        follows = planned.before.swarm.uavs[i].followed.metadata
+        lines.append(
+            f"Trackers: in round {k}, CU {w} holds for UAV {i}: {held} ({flag}); the UAV follows the one "
+            f"{in_words((i, follows))}."
+        )
+        if follows not in [trajectory.metadata for trajectory in tracker.trajectories]:
+            lines.append(f"Stale assumption: CU {w} does not know what UAV {i} follows.")
+    known = [trajectory.metadata for trajectory in cu.trackers[other[0]].trajectories]
+    if other[1] in known:
+        lines.append(f"CU {w} did keep UAV {one[0]} away from UAV {other[0]}'s trajectory {in_words(other)}.")
+    elif other[1].round == k:
+        chosen = "is" if other[0] in attempt.task.selected else "is not"
+        lines.append(
+            f"UAV {other[0]} is planned in the same round, by CU {other[1].cu}; for CU {w} it {chosen} in A_ET({k}), "
+            f"which is {sorted(attempt.task.selected)}."
+        )
+    else:
+        lines.append(
+            f"Stale assumption: UAV {other[0]}'s trajectory {in_words(other)} is not among those that CU {w} keeps UAV "
+            f"{one[0]} away from."
+        )
+    return lines
+
+
+def _plan(lattice: Lattice, attempt: Attempt, one: Name) -> list[str]:
+    plan = attempt.planned.plan
+    assert plan is not None
+    apart = attempt.task.planes.others - plan.scaled_from(plan.start)
+    nearest = np.sqrt((apart * apart).sum(axis=2).min()) * float(lattice.scaled_unit)
+    return [
+        f"Plan: in round {one[1].round}, CU {one[1].cu} plans UAV {one[0]}; to all trajectories that it knows of, the "
+        f"new one keeps {nearest:.4f} m at all samples, as (13f) demands."
+    ]
+
+
+def _place(lattice: Lattice, rounds: Sequence[Round], names: tuple[Name, Name], time: Fraction) -> str:
+    """Say where the two trajectories are at `time`."""
+    known: dict[Name, Plan] = {}
+    for flown in rounds:
+        known.update(flown.before.plans)
+        known.update(flown.after.plans)
+        for w, attempt in enumerate(flown.computed.attempts):
+            if attempt is not None and attempt.planned.plan is not None:
+                known[attempt.task.i, Metadata(flown.before.k, w)] = attempt.planned.plan
+    step = float(time / lattice.parameters.T_c)
+    places = []
+    scaled = []
+    for name in names:
+        plan = known[name]
+        here = plan.position(step - plan.start * lattice.steps)
+        scaled.append(lattice.scaling @ here)
+        x, y, z = here * float(lattice.position_unit)
+        places.append(f"UAV {name[0]} ({in_words(name)}) is at ({x:.3f}, {y:.3f}, {z:.3f}) m")
+    distance = float(np.linalg.norm(scaled[1] - scaled[0])) * float(lattice.scaled_unit)
+    return f"Closest approach: at {float(time):.3f} s, {places[0]} and {places[1]}, {distance:.4f} m apart (scaled)."
+
+
+def in_words(name: Name) -> str:
+    """Return what a trajectory is called, without its UAV."""
+    return PlannedBy(*name[1]).in_words()

@@ -1,0 +1,301 @@
+"""Every loss pattern of the first rounds, on real trajectories; swarms that have become equal are flown on once.
+
+What each receiver can receive comes from the network itself (`mlr.network`); receptions with the same effect on it are
+one. Swarms are equal if protocol, trajectories (by their numbers) and knowledge are. Patterns are counted, not listed:
+a pattern says of every message on the air, and every receiver, what arrived.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Hashable, Iterable, Iterator
+from dataclasses import dataclass, field
+from enum import StrEnum
+from functools import partial
+from itertools import product
+from math import inf, prod, sqrt
+
+import numpy as np
+
+from swarmproof.adapters.mlr import observe
+from swarmproof.assess.between import at_least, closest
+from swarmproof.assess.judge import Counts, Smallest
+from swarmproof.assess.observing import View, observe_round, reference_pieces
+from swarmproof.assess.remember import Remembering
+from swarmproof.assess.run import Setting
+from swarmproof.claims.flight import FLIGHT_CLAIMS, Dip, FlightClaim, ObservedFlight, references_apart
+from swarmproof.claims.predicates import Broken
+from swarmproof.claims.registry import CLAIMS, Claim, Kind
+from swarmproof.flight.fly import Flight
+from swarmproof.flight.state import Computed, FlightState, Round
+from swarmproof.mlr import algorithm1
+from swarmproof.mlr.network import Reception, cu_receptions, uav_receptions
+from swarmproof.mlr.uav import adopt, offers
+from swarmproof.planning.planner import Planner
+from swarmproof.semantics.switches import BadInput
+
+#: More receivers and messages have too many receptions to list, more swarms do not fit into memory.
+MOST_UAVS, MOST_CUS, MOST_SWARMS = 4, 3, 300_000
+
+
+class Verdict(StrEnum):
+    """What all patterns of some rounds say of a claim."""
+
+    HOLDS = "holds-for-these-rounds"
+    VIOLATED = "violated"
+    UNDECIDED = "undecided"
+
+
+@dataclass(frozen=True)
+class Decided:
+    """A claim after all patterns.
+
+    Attributes:
+        rounds: complete rounds before the first violation.
+        lost: messages lost until then.
+        cause: these rounds.
+    """
+
+    claim: Claim | FlightClaim
+    verdict: Verdict
+    why: str
+    rounds: int | None = None
+    lost: int | None = None
+    cause: tuple[Round, ...] = ()
+
+
+@dataclass
+class Exhaustive:
+    """What was found.
+
+    Attributes:
+        patterns: the number of loss patterns of the first 1, 2, … rounds.
+        swarms: after the first 0, 1, 2, … rounds, the number of different swarms.
+        asked: how many plans were asked for; `qps` counts the different ones, which were planned.
+        sampled: the smallest scaled distance of references at samples, in m.
+        tracked: the same of all trajectories in valid trackers.
+        continuous_lower: a certified lower bound of the references' distance at all times, in m.
+        stopped: why it ended before the last round; None if it did not.
+    """
+
+    patterns: list[int] = field(default_factory=list)
+    swarms: list[int] = field(default_factory=lambda: [1])
+    transitions: int = 0
+    asked: int = 0
+    qps: Counts = field(default_factory=Counts)
+    sampled: float = inf
+    tracked: float = inf
+    continuous_lower: float = inf
+    stopped: str | None = None
+    claims: tuple[Decided, ...] = ()
+    seconds: float = 0.0
+
+    @property
+    def violated(self) -> bool:
+        """Whether some claim is violated."""
+        return any(decided.verdict is Verdict.VIOLATED for decided in self.claims)
+
+
+@dataclass(eq=False)
+class _Reached:
+    """A swarm: how many patterns lead to it, and the way with the fewest losses."""
+
+    state: FlightState
+    view: View
+    patterns: int
+    lost: int
+    way: tuple[_Reached, Round] | None = None
+
+    def rounds(self) -> tuple[Round, ...]:
+        """Return the rounds of that way."""
+        rounds: list[Round] = []
+        reached = self
+        while reached.way is not None:
+            reached, flown = reached.way
+            rounds.append(flown)
+        return tuple(reversed(rounds))
+
+
+class _Search:
+    def __init__(self, setting: Setting) -> None:
+        uavs, cus = setting.scenario.uavs, setting.cus
+        if uavs > MOST_UAVS or cus > MOST_CUS:
+            raise BadInput(
+                f"every loss pattern of {uavs} UAVs and {cus} CUs is out of reach: at most {MOST_UAVS} UAVs and "
+                f"{MOST_CUS} CUs"
+            )
+        plain = setting.flight()
+        self._planner = Remembering(Planner(plain.lattice, setting.scenario.weights))
+        self._flight = setting.flight(self._planner)
+        self._lattice = self._flight.lattice
+        self._protocol = [c for c in CLAIMS if c.kind is Kind.SAFETY and c.applies_to(setting.semantics)]
+        self._broken: dict[str, tuple[_Reached, Broken]] = {}
+        self._sampled, self._tracked = Smallest(), Smallest()
+        self._undecided = False
+        self.found = Exhaustive()
+
+    def run(self, rounds: int, tell: Callable[[int, int, int], None]) -> Exhaustive:
+        begin = time.perf_counter()
+        start = self._flight.initial()
+        level: dict[Hashable, _Reached] = {
+            _key(start): _Reached(start, View.of(self._lattice, start), patterns=1, lost=0)
+        }
+        self._between(level.values())
+        try:
+            for k in range(rounds):
+                level = self._next(level, k, tell)
+                self._between(level.values())
+                self.found.patterns.append(sum(reached.patterns for reached in level.values()))
+                self.found.swarms.append(len(level))
+        except KeyboardInterrupt:
+            self.found.stopped = "interrupted"
+        except _TooMany:
+            self.found.stopped = f"more than {MOST_SWARMS} swarms"
+        return self._finish(time.perf_counter() - begin)
+
+    def _next(
+        self, level: dict[Hashable, _Reached], k: int, tell: Callable[[int, int, int], None]
+    ) -> dict[Hashable, _Reached]:
+        following: dict[Hashable, _Reached] = {}
+        for done, reached in enumerate(level.values()):
+            if done % 20 == 0:
+                tell(k, done, len(level))
+            computed = self._flight.compute(reached.state)
+            for patterns, at_cus, at_uavs in outcomes(self._flight, reached.state, computed):
+                self.found.transitions += 1
+                flown = self._flight.receive(reached.state, computed, at_cus, at_uavs)
+                observed, view = observe_round(self._lattice, reached.view, flown)
+                key = _key(flown.after)
+                lost = reached.lost + sum(got.lost for got in (*at_cus, *at_uavs))
+                new = _Reached(flown.after, view, patterns * reached.patterns, lost, (reached, flown))
+                known = following.setdefault(key, new)
+                if known is not new:
+                    known.patterns += new.patterns
+                    if lost < known.lost:
+                        known.lost, known.way = lost, new.way
+                self._sampled.take(observed.flown)
+                self._tracked.take(observed.learned)
+                for claim in FLIGHT_CLAIMS:
+                    if claim.in_round is not None:
+                        self._note(claim.id, new, claim.in_round(observed))
+                if known is new:
+                    seen = observe(flown.after.swarm)
+                    for protocol_claim in self._protocol:
+                        self._note(protocol_claim.id, new, protocol_claim.broken_in(seen))
+            if len(following) > MOST_SWARMS:
+                raise _TooMany
+        return following
+
+    def _note(self, claim: str, reached: _Reached, broken: list[Broken]) -> None:
+        if not broken:
+            return
+        known = self._broken.get(claim)
+        if known is None or (reached.state.k == known[0].state.k and reached.lost < known[0].lost):
+            self._broken[claim] = (reached, broken[0])
+
+    def _between(self, level: Iterable[_Reached]) -> None:
+        """Bound the references' distances in the round to come, and note where two collide."""
+        distance = self._flight.scenario.parameters.d_min
+        limit = float(self._lattice.square(distance)) * (1 + 1e-6)
+        unit, step = float(self._lattice.scaled_unit), float(self._lattice.parameters.T_c)
+        for some in _chunks(level, 512):
+            pieces = np.concatenate([reference_pieces(self._lattice, reached.state) for reached in some])
+            found = closest(pieces)
+            lower = sqrt(max(found.lower, 0.0)) * unit * (1 - 2.0**-50)
+            self.found.continuous_lower = min(self.found.continuous_lower, lower)
+            if found.lower >= limit:
+                continue
+            for reached in some:
+                own = reference_pieces(self._lattice, reached.state)
+                decided = at_least(own, self._lattice.square(distance))
+                nearest = closest(own)
+                where = (reached.state.k * len(own) + nearest.step + nearest.fraction) * step
+                dip = Dip(sqrt(max(nearest.lower, 0.0)) * unit * (1 - 2.0**-50), decided, nearest.pair, where)
+                self._undecided |= decided is None
+                self._note("eq-2", reached, references_apart(ObservedFlight(distance, dip, None, 0, 0, ())))
+
+    def _finish(self, seconds: float) -> Exhaustive:
+        found = self.found
+        found.seconds, found.asked, found.qps = seconds, self._planner.asked, self._planner.counts
+        found.sampled, found.tracked = self._sampled.distance(), self._tracked.distance()
+        asked: list[Claim | FlightClaim] = [*self._protocol, *FLIGHT_CLAIMS]
+        found.claims = tuple(self._decided(claim) for claim in asked if claim.id not in ("arrives", "eq-2-actual"))
+        return found
+
+    def _decided(self, claim: Claim | FlightClaim) -> Decided:
+        broken = self._broken.get(claim.id)
+        if broken is not None:
+            reached, first = broken
+            why = "".join(f"CU {w}: " for w in first.cus) + first.why
+            return Decided(claim, Verdict.VIOLATED, why, reached.state.k, reached.lost, reached.rounds())
+        if self.found.stopped is not None or (claim.id == "eq-2" and self._undecided):
+            return Decided(claim, Verdict.UNDECIDED, self.found.stopped or "too close to d_min to tell")
+        patterns = self.found.patterns
+        return Decided(claim, Verdict.HOLDS, f"all {patterns[-1]:.3g} patterns of {len(patterns)} rounds")
+
+
+class _TooMany(Exception):
+    pass
+
+
+def explore_flights(setting: Setting, rounds: int, tell: Callable[[int, int, int], None]) -> Exhaustive:
+    """Fly every loss pattern of the first `rounds` rounds, and decide the claims for them.
+
+    Args:
+        setting: the flight.
+        rounds: how many rounds have losses; what is known and flown after them is looked at, too.
+        tell: called with the round, and how many of how many swarms have been flown on in it.
+
+    Raises:
+        BadInput: the swarm is too large.
+    """
+    return _Search(setting).run(rounds, tell)
+
+
+def outcomes(
+    flight: Flight, state: FlightState, computed: Computed
+) -> Iterator[tuple[int, tuple[Reception, ...], tuple[Reception, ...]]]:
+    """Yield, for each joint effect that the round's losses can have, how many patterns have it, and one of them."""
+
+    def at_cu(w: int, got: Reception) -> Hashable:
+        cu = algorithm1.update(computed.after.cus[w], got.inbox, flight.cus, flight.semantics)
+        return cu, flight.learn(state, computed, w, got)
+
+    def at_uav(i: int, got: Reception) -> Hashable:
+        uav = computed.after.uavs[i]
+        return adopt(uav, got.inbox, next(iter(offers(uav, got.inbox)), None))
+
+    cus, uavs = len(computed.after.cus), len(computed.after.uavs)
+    per_receiver = [_distinct(cu_receptions(w, computed.air, flight.semantics), partial(at_cu, w)) for w in range(cus)]
+    per_receiver += [
+        _distinct(uav_receptions(i, computed.air, flight.semantics), partial(at_uav, i)) for i in range(uavs)
+    ]
+    for combination in product(*per_receiver):
+        receptions = tuple(reception for _, reception in combination)
+        yield prod(count for count, _ in combination), receptions[:cus], receptions[cus:]
+
+
+def _distinct(receptions: Iterable[Reception], effect: Callable[[Reception], Hashable]) -> list[tuple[int, Reception]]:
+    """Return, for each effect, how many of the receptions have it, and the one of them that loses least."""
+    found: dict[Hashable, tuple[int, Reception]] = {}
+    for reception in receptions:
+        key = effect(reception)
+        count, best = found.get(key, (0, reception))
+        found[key] = count + 1, min(best, reception, key=lambda got: got.lost)
+    return list(found.values())
+
+
+def _key(state: FlightState) -> Hashable:
+    """Return what makes two swarms of one round equal: protocol, trajectories and knowledge."""
+    return state.swarm, frozenset((name, plan.digest) for name, plan in state.plans.items()), state.knowledge
+
+
+def _chunks(items: Iterable[_Reached], size: int) -> Iterator[list[_Reached]]:
+    some: list[_Reached] = []
+    for item in items:
+        some.append(item)
+        if len(some) == size:
+            yield some
+            some = []
+    if some:
+        yield some
