@@ -19,11 +19,12 @@ import numpy as np
 
 from swarmproof.adapters.mlr import observe
 from swarmproof.assess.between import at_least, closest
+from swarmproof.assess.chain import explain
 from swarmproof.assess.judge import Counts, Smallest
 from swarmproof.assess.observing import View, observe_round, reference_pieces
 from swarmproof.assess.remember import Remembering
 from swarmproof.assess.run import Setting
-from swarmproof.claims.flight import FLIGHT_CLAIMS, Dip, FlightClaim, ObservedFlight, references_apart
+from swarmproof.claims.flight import FLIGHT_CLAIMS, Approach, Dip, FlightClaim, ObservedFlight, references_apart
 from swarmproof.claims.predicates import Broken
 from swarmproof.claims.registry import CLAIMS, Claim, Kind
 from swarmproof.flight.fly import Flight
@@ -36,6 +37,7 @@ from swarmproof.semantics.switches import BadInput
 
 #: More receivers and messages have too many receptions to list, more swarms do not fit into memory.
 MOST_UAVS, MOST_CUS, MOST_SWARMS = 4, 3, 300_000
+MOST_ROUNDS = 20
 
 
 class Verdict(StrEnum):
@@ -51,9 +53,11 @@ class Decided:
     """A claim after all patterns.
 
     Attributes:
+        why: the first place where it is broken, or why it is undecided; empty if it holds.
         rounds: complete rounds before the first violation.
         lost: messages lost until then.
         cause: these rounds.
+        chain: how it came about, a sentence each, where it is about two trajectories.
     """
 
     claim: Claim | FlightClaim
@@ -62,6 +66,7 @@ class Decided:
     rounds: int | None = None
     lost: int | None = None
     cause: tuple[Round, ...] = ()
+    chain: tuple[str, ...] = ()
 
 
 @dataclass
@@ -129,7 +134,7 @@ class _Search:
         self._flight = setting.flight(self._planner)
         self._lattice = self._flight.lattice
         self._protocol = [c for c in CLAIMS if c.kind is Kind.SAFETY and c.applies_to(setting.semantics)]
-        self._broken: dict[str, tuple[_Reached, Broken]] = {}
+        self._broken: dict[str, tuple[_Reached, Broken, Approach | None]] = {}
         self._sampled, self._tracked = Smallest(), Smallest()
         self._undecided = False
         self.found = Exhaustive()
@@ -177,7 +182,7 @@ class _Search:
                 self._tracked.take(observed.learned)
                 for claim in FLIGHT_CLAIMS:
                     if claim.in_round is not None:
-                        self._note(claim.id, new, claim.in_round(observed))
+                        self._note(claim.id, new, claim.in_round(observed), claim.approach and claim.approach(observed))
                 if known is new:
                     seen = observe(flown.after.swarm)
                     for protocol_claim in self._protocol:
@@ -186,12 +191,12 @@ class _Search:
                 raise _TooMany
         return following
 
-    def _note(self, claim: str, reached: _Reached, broken: list[Broken]) -> None:
+    def _note(self, claim: str, reached: _Reached, broken: list[Broken], approach: Approach | None = None) -> None:
         if not broken:
             return
         known = self._broken.get(claim)
         if known is None or (reached.state.k == known[0].state.k and reached.lost < known[0].lost):
-            self._broken[claim] = (reached, broken[0])
+            self._broken[claim] = (reached, broken[0], approach)
 
     def _between(self, level: Iterable[_Reached]) -> None:
         """Bound the references' distances in the round to come, and note where two collide."""
@@ -212,7 +217,7 @@ class _Search:
                 where = (reached.state.k * len(own) + nearest.step + nearest.fraction) * step
                 dip = Dip(sqrt(max(nearest.lower, 0.0)) * unit * (1 - 2.0**-50), decided, nearest.pair, where)
                 self._undecided |= decided is None
-                self._note("eq-2", reached, references_apart(ObservedFlight(distance, dip, None, 0, 0, ())))
+                self._note("eq-2", reached, references_apart(ObservedFlight(distance, dip, None, 0.0, 0.0, ())))
 
     def _finish(self, seconds: float) -> Exhaustive:
         found = self.found
@@ -225,13 +230,14 @@ class _Search:
     def _decided(self, claim: Claim | FlightClaim) -> Decided:
         broken = self._broken.get(claim.id)
         if broken is not None:
-            reached, first = broken
+            reached, first, approach = broken
             why = "".join(f"CU {w}: " for w in first.cus) + first.why
-            return Decided(claim, Verdict.VIOLATED, why, reached.state.k, reached.lost, reached.rounds())
+            cause = reached.rounds()
+            chain = () if approach is None else tuple(explain(self._lattice, cause, approach))
+            return Decided(claim, Verdict.VIOLATED, why, reached.state.k, reached.lost, cause, chain)
         if self.found.stopped is not None or (claim.id == "eq-2" and self._undecided):
             return Decided(claim, Verdict.UNDECIDED, self.found.stopped or "too close to d_min to tell")
-        patterns = self.found.patterns
-        return Decided(claim, Verdict.HOLDS, f"all {patterns[-1]:.3g} patterns of {len(patterns)} rounds")
+        return Decided(claim, Verdict.HOLDS, "")
 
 
 class _TooMany(Exception):
@@ -250,6 +256,19 @@ def explore_flights(setting: Setting, rounds: int, tell: Callable[[int, int, int
         BadInput: the swarm is too large.
     """
     return _Search(setting).run(rounds, tell)
+
+
+def parse_rounds(text: str) -> int:
+    """Return the number of rounds in `text`, of ``exhaustive:ROUNDS``.
+
+    Raises:
+        BadInput: it is none.
+    """
+    if not text.isdecimal() or not 1 <= int(text[:9]) <= MOST_ROUNDS:
+        raise BadInput(
+            f"--loss exhaustive:{text} needs a number of rounds from 1 to {MOST_ROUNDS}, such as exhaustive:4"
+        )
+    return int(text)
 
 
 def outcomes(

@@ -32,8 +32,8 @@ from swarmproof.planning.outlook import ARRIVED
 from swarmproof.planning.planner import Planned
 from swarmproof.planning.solvers import Status
 
-#: Rounds after which a swarm whose targets no longer change should have arrived.
-PATIENCE = 250
+#: New trajectories per UAV after which a swarm whose targets no longer change should have arrived.
+PATIENCE = 50.0
 #: Rounds that are kept for telling how a violation came about.
 REMEMBERED = 1000
 
@@ -51,7 +51,7 @@ class Judged:
     """A claim after a flight.
 
     Attributes:
-        why: the first place where it is broken, or what was looked at.
+        why: the first place where it is broken, or why it does not apply; else empty.
         rounds: complete rounds before the first violation.
         lost: messages lost before it.
         times: in how many rounds it was broken.
@@ -146,6 +146,7 @@ class Judge:
         self._lost = 0
         self._rounds = 0
         self._change = 0
+        self._adopted = 0
         self._arrived_at: int | None = None
         self._late: list[int] = []
 
@@ -181,7 +182,7 @@ class Judge:
             scenario.parameters.d_min,
             references,
             None if self._tracking is None else self._actual.dip(),
-            self._rounds - self._change,
+            self._adopted / scenario.uavs,
             PATIENCE,
             self._late,
         )
@@ -220,7 +221,7 @@ class Judge:
             return Judged(claim, FlightVerdict.NOT_APPLICABLE, "the UAVs follow their references exactly")
         tally = self._tallies.get(claim.id)
         if tally is None:
-            return Judged(claim, FlightVerdict.NOT_VIOLATED, f"not in these {self._rounds} rounds")
+            return Judged(claim, FlightVerdict.NOT_VIOLATED, "")
         cus = "".join(f"CU {w}: " for w in tally.first.cus)
         return Judged(
             claim, FlightVerdict.VIOLATED, cus + tally.first.why, tally.rounds, tally.lost, tally.times, tally.chain
@@ -240,7 +241,9 @@ class Judge:
         scenario = self._flight.scenario
         change = scenario.target_change_before(after.k - 1)
         if change != self._change:
-            self._change, self._arrived_at = change, None
+            self._change, self._arrived_at, self._adopted = change, None, 0
+        for old, new in zip(flown.before.swarm.uavs, after.swarm.uavs, strict=True):
+            self._adopted += old.followed != new.followed
         unit = float(self._lattice.position_unit)
         here = np.array([after.followed(i).state_at(after.k)[0] for i in range(scenario.uavs)]) * unit
         distances = np.sqrt(((here - np.array(scenario.targets_at(after.k - 1))) ** 2).sum(axis=1))

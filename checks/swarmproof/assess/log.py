@@ -3,23 +3,38 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
 
 from swarmproof.flight.fly import Flight
-from swarmproof.flight.state import Round
+from swarmproof.flight.state import Attempt, Round
+from swarmproof.mlr.algorithm1 import CuState
+from swarmproof.mlr.messages import Metadata
 from swarmproof.motion.lattice import Floats
+from swarmproof.planning.solvers import Status
+
+
+class Outcome(StrEnum):
+    """What became of a CU's attempt to plan a UAV."""
+
+    ADOPTED = "adopted"
+    #: There was a plan, but the UAV did not get it.
+    NOT_ADOPTED = "not adopted"
+    #: There was an answer, but no plan: it did not pass the exact test, or the solver gave up.
+    REJECTED = "rejected"
+    INFEASIBLE = "infeasible"
 
 
 class Replanned(NamedTuple):
-    """CU `cu` tried to plan UAV `uav` in round `k`; `why` not, if it failed; `adopted`: whether the UAV got it."""
+    """CU `cu` tried to plan UAV `uav` in round `k`; `why` says why no plan came out."""
 
     k: int
     cu: int
     uav: int
+    outcome: Outcome
     why: str
-    adopted: bool
 
 
 class Lost(NamedTuple):
@@ -30,38 +45,66 @@ class Lost(NamedTuple):
     slots_at_uavs: int
 
 
-@dataclass
-class Log:
-    """The flight so far.
+class Logged(NamedTuple):
+    """One round.
 
     Attributes:
-        positions: by round, of the references at its m samples, in m, each of shape (m, N, 3).
-        states: by round, the names of the CUs' states in its computation phase.
+        motion: of the references, shape (N, 4, 3): position, velocity, acceleration at its start, jerk (lattice units).
+        states: of the CUs in its computation phase.
     """
 
+    motion: Floats
+    states: tuple[CuState, ...]
+    replanned: tuple[Replanned, ...]
+    lost: Lost
+
+
+@dataclass
+class Log:
+    """The flight so far, from round 0 on."""
+
     flight: Flight
-    positions: list[Floats] = field(default_factory=list)
-    states: list[tuple[str, ...]] = field(default_factory=list)
-    replanned: list[Replanned] = field(default_factory=list)
-    lost: list[Lost] = field(default_factory=list)
+    rounds: list[Logged] = field(default_factory=list)
 
     def see(self, flown: Round) -> None:
         """Keep what happened in one more round."""
-        before, after = flown.before, flown.after
-        k, lattice = before.k, self.flight.lattice
+        before = flown.before
         plans = [before.followed(i) for i in range(len(before.swarm.uavs))]
-        at_samples = np.array([plan.sampled_from(k)[: lattice.steps] for plan in plans])
-        self.positions.append(at_samples.transpose(1, 0, 2) * float(lattice.position_unit))
-        self.states.append(tuple(cu.state.name for cu in before.swarm.cus))
-        for w, attempt in enumerate(flown.computed.attempts):
-            if attempt is not None:
-                i = attempt.task.i
-                followed = after.swarm.uavs[i].followed.metadata
-                self.replanned.append(Replanned(k, w, i, attempt.planned.why, (followed.round, followed.cu) == (k, w)))
-        self.lost.append(
-            Lost(
-                sum(len(got.lost_uavs) for got in flown.at_cus),
-                sum(len(got.lost_slots) for got in flown.at_cus),
-                sum(len(got.lost_slots) for got in flown.at_uavs),
+        attempts = enumerate(flown.computed.attempts)
+        self.rounds.append(
+            Logged(
+                np.array([[*plan.state_at(before.k), plan.jerk_in(before.k)] for plan in plans]),
+                tuple(cu.state for cu in before.swarm.cus),
+                tuple(_replanned(flown, w, attempt) for w, attempt in attempts if attempt is not None),
+                Lost(
+                    sum(len(got.lost_uavs) for got in flown.at_cus),
+                    sum(len(got.lost_slots) for got in flown.at_cus),
+                    sum(len(got.lost_slots) for got in flown.at_uavs),
+                ),
             )
         )
+
+    def positions(self, per_round: int, first: int = 0, last: int | None = None) -> Floats:
+        """Return where the references are (m) in the rounds `first` … `last` − 1, shape (R · per_round + 1, N, 3).
+
+        Times are equally spaced, `per_round` to a round, from the start of round `first` to the end of the last one.
+        """
+        motion = np.array([logged.motion for logged in self.rounds[first:last]])
+        lattice = self.flight.lattice
+        # steps T_c since the start of the round
+        s = np.arange(per_round + 1)[:, None, None] * (lattice.steps / per_round)
+        p, v, a, u = (motion[:, None, :, row] for row in range(4))
+        moved = p + 3 * v * s + 3 * a * s**2 + u * s**3
+        begins = moved[:, :-1].reshape(-1, *moved.shape[2:])
+        return np.concatenate([begins, moved[-1, -1:]]) * float(lattice.position_unit)
+
+
+def _replanned(flown: Round, w: int, attempt: Attempt) -> Replanned:
+    """Return what became of an attempt of CU w."""
+    k, i, planned = flown.before.k, attempt.task.i, attempt.planned
+    if planned.plan is not None:
+        got_it = flown.after.swarm.uavs[i].followed.metadata == Metadata(k, w)
+        outcome = Outcome.ADOPTED if got_it else Outcome.NOT_ADOPTED
+    else:
+        outcome = Outcome.INFEASIBLE if planned.status is Status.INFEASIBLE else Outcome.REJECTED
+    return Replanned(k, w, i, outcome, planned.why)

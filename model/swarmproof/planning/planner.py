@@ -60,14 +60,15 @@ class Planner:
         why, status = "", Status.GAVE_UP
         for demands, jerk_demand in attempts:
             status, jerks = program.solve(self.solver, known, demands, jerk_demand)
-            if status is not Status.SOLVED:
-                why = f"the solver says: {status.value}"
+            if status is Status.INFEASIBLE:
+                why = "the solver says: infeasible"
                 continue
             plan = self.rounded(task, jerks)
             broken = broken_constraint(plan, task.own, task.planes)
             if broken is None:
                 return Planned(plan, status, "", feasible)
-            why = f"the solver's answer breaks {broken}"
+            gave_up = " that it gave up on" if status is Status.GAVE_UP else ""
+            why = f"the solver's answer{gave_up} breaks {broken}"
         return Planned(None, status, why, feasible)
 
     def satisfied(self, program: LazyProgram, jerks: Floats) -> tuple[Floats, float]:

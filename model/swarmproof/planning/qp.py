@@ -69,7 +69,10 @@ class LazyProgram:
         self._samples = model.lattice.horizon * model.lattice.steps
 
     def solve(self, solver: Solver, start: Floats, demands: Floats, jerk_demand: float) -> tuple[Status, Floats]:
-        """Return the solver's verdict and the jerks in m/s³, shape (3H,), axis by axis.
+        """Return the solver's last verdict and the jerks in m/s³, shape (3H,), axis by axis.
+
+        An answer that the solver itself is not content with is an answer all the same: where there is hardly any room
+        between the planes, interior-point methods come near to the optimum without being able to prove it.
 
         Args:
             solver: called with growing programs.
@@ -84,15 +87,16 @@ class LazyProgram:
         jerks = start
         for _ in range(MOST_SOLVES):
             answer = solver(self._program(demands, jerk_demand, shown, banded))
-            if answer.status is not Status.SOLVED or not np.isfinite(answer.x).all():
-                gave_up = answer.status is Status.SOLVED
-                return (Status.GAVE_UP if gave_up else answer.status), jerks
+            if answer.status is Status.INFEASIBLE:
+                return Status.INFEASIBLE, jerks
+            if not np.isfinite(answer.x).all():
+                return Status.GAVE_UP, jerks
             jerks = answer.x[: self.size]
             slacks = self.rows.slacks(jerks)
             missing = (slacks < 0.5 * demands) & ~shown
             soft = self._near_bands(slacks, width) & ~banded
             if not (missing.any() or soft.any()):
-                return Status.SOLVED, jerks
+                return answer.status, jerks
             banded |= soft
             shown |= self._worst(slacks, missing)
         return Status.GAVE_UP, jerks

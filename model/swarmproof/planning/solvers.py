@@ -33,12 +33,12 @@ class Status(Enum):
 
     SOLVED = "solved"
     INFEASIBLE = "infeasible"
-    #: Neither an answer nor a proof that there is none.
+    #: It proves neither that its answer is optimal nor that there is none.
     GAVE_UP = "gave up"
 
 
 class Answer(NamedTuple):
-    """What a solver returns; `x` is of no use unless `status` is SOLVED."""
+    """What a solver returns; `x` is of no use if `status` is INFEASIBLE."""
 
     status: Status
     x: Floats
@@ -50,6 +50,8 @@ Solver = Callable[[QuadraticProgram], Answer]
 TOLERANCE = 1e-9
 #: The duality gap matters to optimality only, which nothing rests on.
 GAP = 1e-6
+#: Some ten iterations are usual.
+MOST_ITERATIONS = 60
 _STATUSES = {piqp.PIQP_SOLVED: Status.SOLVED, piqp.PIQP_PRIMAL_INFEASIBLE: Status.INFEASIBLE}
 
 
@@ -59,6 +61,7 @@ def solve_with_piqp(program: QuadraticProgram) -> Answer:
     settings = solver.settings
     settings.eps_abs = settings.eps_rel = TOLERANCE
     settings.eps_duality_gap_abs = settings.eps_duality_gap_rel = GAP
+    settings.max_iter = MOST_ITERATIONS
     rows = (program.G, None, program.h) if len(program.h) else (None, None, None)
     solver.setup(program.P, program.c, program.A, program.b, *rows, program.low, program.high)
     status = _STATUSES.get(solver.solve(), Status.GAVE_UP)

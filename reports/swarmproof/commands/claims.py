@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
-from swarmproof.claims.registry import CLAIMS
+from swarmproof.claims.flight import FLIGHT_CLAIMS, FlightClaim
+from swarmproof.claims.registry import CLAIMS, Claim
 
 
 def add_parser(commands: Any) -> None:
@@ -21,10 +23,16 @@ def add_parser(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print the registry of claims and return the exit code 0."""
-    table = Table(title="Claims about mlr-dmpc (DMPC-Swarm, Algorithms 1 and 2)", show_lines=True, title_justify="left")
+    console = Console()
+    console.print(_table("Claims about mlr-dmpc (DMPC-Swarm, Algorithms 1 and 2): verify, and fly on the way", CLAIMS))
+    console.print(_table("Claims about flown swarms (DMPC-Swarm, Section 4.3.2): fly", FLIGHT_CLAIMS))
+    return 0
+
+
+def _table(title: str, claims: Sequence[Claim | FlightClaim]) -> Table:
+    table = Table(title=title, show_lines=True, title_justify="left")
     for heading in ("id", "claim", "place in the paper", "assumptions"):
         table.add_column(heading, overflow="fold", no_wrap=heading == "id")
-    for claim in CLAIMS:
+    for claim in claims:
         table.add_row(claim.id, claim.wording, claim.place, claim.assumptions)
-    Console().print(table)
-    return 0
+    return table

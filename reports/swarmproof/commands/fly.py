@@ -13,22 +13,39 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from swarmproof.assess.judge import FlightVerdict, Flown
+try:
+    from swarmproof.assess.adversary import Worst, parse_budget, search
+except ImportError:
+    pass
+from swarmproof.assess.exhaustive import Decided, explore_flights, parse_rounds
+from swarmproof.assess.judge import Judged
 from swarmproof.assess.log import Log
 from swarmproof.assess.run import Setting, fly
-from swarmproof.channel.losses import FORMS, parse
+from swarmproof.channel.losses import FORMS, LossModel, Recorded, parse
+from swarmproof.channel.script import write_script
 from swarmproof.flight.state import Round
 from swarmproof.planning.trigger import Trigger
 from swarmproof.report import flight_words
+
+try:
+    from swarmproof.report import flight_page
+    from swarmproof.report.flight_patterns import write_patterns
+except ImportError:
+    pass
 from swarmproof.report.folder import claim_file, claim_folder
 from swarmproof.scenario.scenario import SHIPPED, load
 from swarmproof.semantics.switches import PRESETS, SWITCHES, BadInput, Semantics
 
 MOST_CUS = 16
-_COLOURS = {
-    FlightVerdict.VIOLATED: "red",
-    FlightVerdict.NOT_VIOLATED: "green",
-    FlightVerdict.NOT_APPLICABLE: "bright_black",
+#: Forms of --loss that are no loss models but searches for losses.
+SEARCHES = ("adversary:BUDGET", "exhaustive:ROUNDS")
+MOST_ROUNDS = 100_000
+_COLOURS: dict[str, str] = {
+    "violated": "red",
+    "not-violated": "green",
+    "holds-for-these-rounds": "green",
+    "undecided": "yellow",
+    "not-applicable": "bright_black",
 }
 
 
@@ -45,7 +62,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument("scenario", metavar="SCENARIO", help=f"a TOML file, or one of {', '.join(SHIPPED)}")
     parser.add_argument("--cus", type=_number, default=2, metavar="M", help="number of compute units (default 2)")
     parser.add_argument("--trigger", default="HT", metavar="T", help=f"{', '.join(Trigger)} (default HT)")
-    parser.add_argument("--loss", default="none", metavar="SPEC", help=f"{', '.join(FORMS)} (default none)")
+    parser.add_argument("--loss", default="none", metavar="SPEC", help=f"{', '.join([*FORMS, *SEARCHES])} (default none)")
     parser.add_argument(
         "--semantics", default="guarded", metavar="PRESET", help=f"as in verify: {', '.join(PRESETS)} (default guarded)"
     )
@@ -77,16 +94,44 @@ def run(options: argparse.Namespace) -> int:
     console = Console(stderr=options.json == "-", highlight=False)
     setting = _setting(options)
     rounds = setting.scenario.rounds if options.rounds is None else options.rounds
-    if not 1 <= rounds <= 100_000:
-        raise BadInput(f"--rounds {rounds} cannot be flown: choose 1 to 100000")
-    losses = parse(options.loss, setting.scenario.uavs, setting.cus, setting.seed)
-    folder = None if options.report is None else claim_folder(Path(options.report))
+    if not 1 <= rounds <= MOST_ROUNDS:
+        raise BadInput(f"--rounds {rounds} cannot be flown: choose 1 to {MOST_ROUNDS}")
+    kind, _, argument = options.loss.partition(":")
+    if kind == "exhaustive":
+        if options.rounds is not None:
+            raise BadInput("--rounds does not go with --loss exhaustive:ROUNDS, which says how many rounds are flown")
+        of_all = parse_rounds(argument)
+        folder = _claim(options)
+        return _every_pattern(setting, of_all, options, folder, console)
+    budget = parse_budget(argument) if kind == "adversary" else None
+    losses = None if budget is not None else parse(options.loss, setting.scenario.uavs, setting.cus, setting.seed)
+    folder = _claim(options)
+    if losses is None or budget is not None:
+        worst = _search(setting, rounds, budget or 1)
+        losses = Recorded(worst.losses, setting.scenario.uavs, setting.cus)
+        if folder is not None:
+            write_script(folder / "losses.json", worst.losses, setting.scenario.uavs, setting.cus)
+        for line in worst.description:
+            console.print(escape(line), soft_wrap=True)
+    return _one_flight(setting, losses, rounds, options, folder, console)
+
+
+def _claim(options: argparse.Namespace) -> Path | None:
+    """Make sure that what is to be written can be, before anything is computed; return the report's folder."""
     if options.json not in (None, "-"):
         claim_file(Path(options.json))
+    if options.report is None:
+        return None
+    flight_page.check_available()
+    return claim_folder(Path(options.report))
+
+
+def _one_flight(
+    setting: Setting, losses: LossModel, rounds: int, options: argparse.Namespace, folder: Path | None, console: Console
+) -> int:
     flight = setting.flight()
     log = Log(flight)
-    columns = (BarColumn(), MofNCompleteColumn(), TextColumn("rounds"), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    with _bar("rounds") as bar:
         task = bar.add_task("", total=rounds)
 
         def watch(flown: Round) -> None:
@@ -96,9 +141,52 @@ def run(options: argparse.Namespace) -> int:
                 bar.update(task, completed=flown.after.k)
 
         flown, seconds = fly(setting, losses, rounds, watch, flight)
+    if flown.rounds < rounds:
+        console.print(f"interrupted after {flown.rounds} of {rounds} rounds; what follows is about these")
+    if folder is not None:
+        flight_page.write_flight(folder, setting, options.loss, flown, log)
     _write_json(options.json, flight_words.document(setting, flown, seconds))
-    _print(console, setting, options.loss, flown)
+    _print(console, flight_words.headline(setting, flown), flown.claims)
+    for line in flight_words.summary(flown):
+        console.print(escape(line), soft_wrap=True)
+    console.print(flight_words.scope(setting, options.loss, flown), style="bright_black", soft_wrap=True)
     return 1 if flown.violated else 0
+
+
+def _every_pattern(
+    setting: Setting, rounds: int, options: argparse.Namespace, folder: Path | None, console: Console
+) -> int:
+    with _bar("swarms") as bar:
+        task = bar.add_task("", total=None)
+        found = explore_flights(
+            setting,
+            rounds,
+            lambda k, done, size: bar.update(task, description=f"round {k}", completed=done, total=size),
+        )
+    if folder is not None:
+        write_patterns(folder, setting, found)
+    _write_json(options.json, flight_words.patterns_document(setting, rounds, found))
+    _print(console, flight_words.patterns_headline(setting, rounds, found), found.claims)
+    for line in flight_words.patterns_summary(found):
+        console.print(escape(line), soft_wrap=True)
+    console.print(flight_words.patterns_scope(setting, rounds, found), style="bright_black", soft_wrap=True)
+    return 1 if found.violated else 3 if found.stopped is not None else 0
+
+
+def _search(setting: Setting, rounds: int, budget: int) -> Worst:
+    with _bar("flights") as bar:
+        task = bar.add_task("", total=budget)
+        return search(
+            setting,
+            rounds,
+            budget,
+            lambda done, nearest: bar.update(task, completed=done, description=f"closest so far {nearest:.4f} m"),
+        )
+
+
+def _bar(unit: str) -> Progress:
+    columns = (BarColumn(), MofNCompleteColumn(), TextColumn(unit), TimeElapsedColumn(), TextColumn("{task.description}"))
+    return Progress(*columns, console=Console(stderr=True), transient=True)
 
 
 def _setting(options: argparse.Namespace) -> Setting:
@@ -136,15 +224,16 @@ def _write_json(target: str | None, text: str) -> None:
         raise BadInput(f"cannot write {target}: {error.strerror}; give a file that can be written, or -") from None
 
 
-def _print(console: Console, setting: Setting, loss: str, flown: Flown) -> None:
-    console.print(f"[bold]{escape(flight_words.headline(setting, loss, flown))}[/bold]", soft_wrap=True)
+def _print(console: Console, headline: str, claims: Iterable[Judged | Decided]) -> None:
+    console.print(f"[bold]{escape(headline)}[/bold]", soft_wrap=True)
     table = Table(box=None, padding=(0, 2))
     for heading in ("claim", "verdict", "why"):
-        table.add_column(heading, overflow="fold", no_wrap=heading == "claim")
-    for judged in flown.claims:
-        colour = _COLOURS[judged.verdict]
-        table.add_row(judged.claim.id, f"[{colour}]{judged.verdict}[/]", escape(judged.why))
+        table.add_column(heading, overflow="fold", no_wrap=heading != "why")
+    for judged in claims:
+        table.add_row(judged.claim.id, f"[{_COLOURS[judged.verdict]}]{judged.verdict}[/]", escape(judged.why))
     console.print(table)
-    for line in flight_words.summary(flown):
-        console.print(escape(line), soft_wrap=True)
-    console.print(flight_words.scope(setting, loss, flown), style="bright_black", soft_wrap=True)
+    first = next((judged for judged in claims if judged.chain), None)
+    if first is not None:
+        console.print(f"How {first.claim.id} came to be violated first:")
+        for line in first.chain:
+            console.print(f"  {escape(line)}", soft_wrap=True)

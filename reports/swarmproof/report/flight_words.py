@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 
-from swarmproof.assess.judge import FlightVerdict, Flown
+from swarmproof.assess.exhaustive import Decided, Exhaustive, Verdict
+from swarmproof.assess.judge import Counts, FlightVerdict, Flown, Judged
 from swarmproof.assess.run import Setting
 
 SCHEMA = "swarmproof.flight/1"
 
 
-def headline(setting: Setting, loss: str, flown: Flown) -> str:
+def headline(setting: Setting, flown: Flown) -> str:
     """Return what became of the flight, in one line."""
     violated = [judged.claim.id for judged in flown.claims if judged.verdict is FlightVerdict.VIOLATED]
     what = f"violated: {', '.join(violated)}" if violated else "no claim violated"
@@ -46,28 +47,96 @@ def scope(setting: Setting, loss: str, flown: Flown) -> str:
 
 def document(setting: Setting, flown: Flown, seconds: float) -> str:
     """Return the flight as an indented JSON document."""
+    qps = flown.qps
+    separation = {"sampled": flown.sampled, "continuous_lower": flown.continuous_lower}
     content = {
+        **_header(setting, flown.rounds, separation, qps),
+        "arrived": flown.arrived,
+        "rounds_to_arrival": flown.rounds_to_arrival,
+        "claims": [_claim(judged) for judged in flown.claims],
+        "seconds": round(seconds, 3),
+    }
+    return _text(content)
+
+
+def patterns_headline(setting: Setting, rounds: int, found: Exhaustive) -> str:
+    """Return what became of the flights under all loss patterns, in one line."""
+    violated = [decided.claim.id for decided in found.claims if decided.verdict is Verdict.VIOLATED]
+    what = f"violated: {', '.join(violated)}" if violated else "no claim violated"
+    return f"{setting.scenario.name}, {setting.scenario.uavs} UAVs, {setting.cus} CUs, all losses of {rounds} rounds: {what}"
+
+
+def patterns_summary(found: Exhaustive) -> list[str]:
+    """Return the figures of an exhaustive flight, a line each."""
+    covered = found.patterns[-1] if found.patterns else 0
+    swarms = ", ".join(str(count) for count in found.swarms)
+    return [
+        f"{covered} loss patterns of {len(found.patterns)} rounds covered; different swarms after 0, 1, … rounds: {swarms}; "
+        f"{found.transitions} rounds flown, {found.asked} plans asked for, {_total(found.qps)} different ones planned "
+        f"({found.qps.rejected} rejected, {found.qps.infeasible} infeasible).",
+        f"Smallest scaled distance of references: {found.sampled:.6f} m at samples, of all trajectories in valid trackers "
+        f"(over their whole horizon) {found.tracked:.6f} m; at any time of these rounds at least "
+        f"{found.continuous_lower:.6f} m.",
+    ]
+
+
+def patterns_scope(setting: Setting, rounds: int, found: Exhaustive) -> str:
+    """Return what the verdicts of an exhaustive flight are about."""
+    parameters = setting.scenario.parameters.describe() or "published"
+    stopped = "" if found.stopped is None else f" Not finished: {found.stopped}."
+    return (
+        f"Every loss of (message, receiver) pairs in the first {rounds} rounds of this scenario, trigger "
+        f"{setting.trigger}; {setting.semantics.name()}; parameters {parameters}. Swarms with equal protocol state, "
+        f"trajectories and knowledge were merged. Nothing is said of later rounds.{stopped}"
+    )
+
+
+def patterns_document(setting: Setting, rounds: int, found: Exhaustive) -> str:
+    """Return an exhaustive flight as a JSON document like that of a flight; `patterns` says what was covered."""
+    separation = {"sampled": found.sampled, "continuous_lower": found.continuous_lower}
+    content = {
+        **_header(setting, rounds, separation, found.qps),
+        "arrived": False,
+        "rounds_to_arrival": None,
+        "patterns": {
+            "covered": found.patterns[-1] if found.patterns else 0,
+            "swarms": found.swarms,
+            "tracked_separation": found.tracked,
+            "stopped": found.stopped,
+        },
+        "claims": [_claim(decided) for decided in found.claims],
+        "seconds": round(found.seconds, 3),
+    }
+    return _text(content)
+
+
+def _total(counts: Counts) -> int:
+    return counts.solved + counts.rejected + counts.infeasible
+
+
+def _header(setting: Setting, rounds: int, separation: dict[str, float], counts: Counts) -> dict[str, object]:
+    return {
         "schema": SCHEMA,
         "uavs": setting.scenario.uavs,
         "cus": setting.cus,
-        "rounds": flown.rounds,
+        "rounds": rounds,
         "seed": setting.seed,
-        "min_separation": {"sampled": flown.sampled, "continuous_lower": flown.continuous_lower},
-        "qps": {"solved": flown.qps.solved, "rejected": flown.qps.rejected, "infeasible": flown.qps.infeasible},
-        "arrived": flown.arrived,
-        "rounds_to_arrival": flown.rounds_to_arrival,
-        "claims": [
-            {
-                "id": judged.claim.id,
-                "verdict": str(judged.verdict),
-                "rounds": judged.rounds,
-                "lost_messages": judged.lost,
-                "worst_rounds": None,
-                "avoidable": None,
-                "trace": None,
-            }
-            for judged in flown.claims
-        ],
-        "seconds": round(seconds, 3),
+        "min_separation": separation,
+        "qps": {"solved": counts.solved, "rejected": counts.rejected, "infeasible": counts.infeasible},
     }
+
+
+def _claim(judged: Judged | Decided) -> dict[str, object]:
+    return {
+        "id": judged.claim.id,
+        "verdict": str(judged.verdict),
+        "rounds": judged.rounds,
+        "lost_messages": judged.lost,
+        "worst_rounds": None,
+        "avoidable": None,
+        "trace": None,
+    }
+
+
+def _text(content: dict[str, object]) -> str:
     return json.dumps(content, indent=2, ensure_ascii=False) + "\n"

@@ -8,6 +8,7 @@
     [parameters]            # names and units as for `margin`; what is not given is published
     workspace = [[-1.7, 1.7], [-1.7, 1.7], [0.4, 3.0]]    # the flying space, m: low and high of x, y, z; needed
     [weights]               # of the cost, optional: position, speed, acceleration, jerk, band, band_width (m)
+    band = 5
     [start]                 # where the UAVs hover at first: positions, or a formation (see below)
     positions = [[-0.6, 0, 1], [0.6, 0.05, 1]]            # [x, y, z] in m, one for each UAV
     [[targets]]             # the same, with the round from which on they hold; the first is of round 0
