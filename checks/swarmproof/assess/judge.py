@@ -105,7 +105,9 @@ class Flown:
         continuous_lower: a certified lower bound of the references' distance at all times, in m.
         closest_pair: the two UAVs of that closest approach, and when (s).
         band: certified bounds (lower, upper) of the smallest distance in every step T_c, in m, shape (steps, 2).
-        rounds_to_arrival: rounds from the last change of targets until all were, and stayed, within 5 cm; None if not.
+        arrived: whether all were within 5 cm of their targets at once, since the targets changed last. (UAVs that have
+            arrived still make room for others: Appendix B's soft constraint may move them by some centimetres.)
+        rounds_to_arrival: rounds from that change until then; None if not.
         lost: messages lost.
     """
 
@@ -184,7 +186,7 @@ class Judge:
             None if self._tracking is None else self._actual.dip(),
             self._adopted / scenario.uavs,
             PATIENCE,
-            self._late,
+            self._late if self._arrived_at is None else (),
         )
         for claim in FLIGHT_CLAIMS:
             if claim.in_flight is not None:
@@ -200,7 +202,7 @@ class Judge:
             (references.uavs, references.time),
             np.concatenate(self._references.band),
             self._qps,
-            not self._late,
+            self._arrived_at is not None,
             arrived_after,
             self._lost,
             tuple(self._judged(claim, whole) for claim in asked),
@@ -236,7 +238,7 @@ class Judge:
         self._tallies[claim].times += 1
 
     def _look_for_arrival(self, flown: Round) -> None:
-        """Note who is not at its target after the round, and since when nobody was."""
+        """Note who is not at its target after the round, and when all were for the first time."""
         after = flown.after
         scenario = self._flight.scenario
         change = scenario.target_change_before(after.k - 1)
@@ -248,9 +250,7 @@ class Judge:
         here = np.array([after.followed(i).state_at(after.k)[0] for i in range(scenario.uavs)]) * unit
         distances = np.sqrt(((here - np.array(scenario.targets_at(after.k - 1))) ** 2).sum(axis=1))
         self._late = [int(i) for i in np.flatnonzero(distances > ARRIVED)]
-        if self._late:
-            self._arrived_at = None
-        elif self._arrived_at is None:
+        if not self._late and self._arrived_at is None:
             self._arrived_at = after.k
 
 

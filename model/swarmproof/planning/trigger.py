@@ -17,6 +17,9 @@ from swarmproof.planning.outlook import Outlook
 #: Announced for a UAV in a deadlock (Appendix A.4), and the least that is announced for any other.
 DEADLOCKED = 1
 LARGEST = 255
+#: Rounds after which a deadlocked UAV is planned once more all the same: other UAVs that have arrived have priority 1,
+#: too, and those of lower index would come first for ever.
+RETRY = 20
 #: The scale's ends: m for DT, m times rounds for HT. What is smaller or larger gets the end's priority.
 SHORTEST, LONGEST = 0.01, 10.0
 OLDEST = 100
@@ -46,7 +49,7 @@ def priorities(trigger: Trigger, outlook: Outlook, ages: NDArray[np.int64], plan
         values = _eight_bits(outlook.distances, LONGEST)
     else:
         values = _eight_bits(outlook.distances * ages, LONGEST * OLDEST)
-    values = np.where(outlook.deadlocked, DEADLOCKED, values)
+    values = np.where(outlook.deadlocked & (ages <= RETRY), DEADLOCKED, values)
     announced = [int(value) for value in values]
     if planned is not None:
         announced[planned] = JUST_RECALCULATED
