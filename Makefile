@@ -6,7 +6,7 @@ PIP := PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_CONSTRAINT=$(CURDIR)/constraints.txt 
 # `make verify ARGS="--uavs 2 --cus 2"` verifies a part of the matrix
 ARGS ?=
 
-.PHONY: verify test margins deep lint wheel record clean
+.PHONY: verify test margins flights bench deep lint wheel record clean
 
 verify: $(VENV)/.installed
 	$(BIN)/swarmproof verify --matrix --report out/verify $(ARGS)
@@ -19,6 +19,16 @@ margins: $(VENV)/.installed
 	$(BIN)/swarmproof margin --sweep reading=as-sampled:whole-motion:initial-state --sweep T_c=0.01:0.02:0.05 \
 	  --sweep v_max=0.5:1 --sweep theta_inverse=1 --sweep d_hat_min=0.35 --sweep j_max=100 --sweep order=2 \
 	  --changes 2 --results out/margins --plot out/margins.svg $(ARGS) || test $$? -eq 1
+
+# the circle with 3 CUs without loss, with 10 % loss and with a jam of 10 rounds: every claim, a page each
+flights: $(VENV)/.installed
+	$(BIN)/swarmproof fly circle --cus 3 --report out/flights/none $(ARGS)
+	$(BIN)/swarmproof fly circle --cus 3 --loss iid:0.1 --report out/flights/iid $(ARGS)
+	$(BIN)/swarmproof fly circle --cus 3 --loss jam:5,10 --report out/flights/jam $(ARGS)
+
+# how long plans and flights take, against other solvers and forms of the problem; one core
+bench: $(VENV)/.installed
+	$(BIN)/python -m swarmproof.bench.planner $(ARGS)
 
 # exhaustive cross-checks of the engine against brute force; minutes
 deep: $(VENV)/.installed
@@ -51,11 +61,11 @@ $(VENV)/bin/python:
 	  PYTHONPATH=.bootstrap $(PYTHON) -m virtualenv --quiet $(VENV); }
 
 $(VENV)/.installed: pyproject.toml constraints.txt | $(VENV)/bin/python
-	$(PIP) --editable '.[plots]'
+	$(PIP) --editable '.[bench,plots]'
 	touch $@
 
 $(VENV)/.installed-dev: $(VENV)/.installed
-	$(PIP) --editable '.[dev,plots]'
+	$(PIP) --editable '.[bench,dev,plots]'
 	touch $@
 
 clean:
