@@ -38,7 +38,7 @@ def explain(lattice: Lattice, rounds: Iterable[Round], approach: Approach) -> li
         attempt = planned.computed.attempts[one[1].cu]
         assert attempt is not None
         chain += _losses(by_round, one, other)
-        chain += _assumption(planned, attempt, one, other)
+        chain += _assumption(by_round.get(one[1].round - 1), planned, attempt, one, other)
         chain += _plan(lattice, attempt, one)
     return [*chain, _place(lattice, rounds, (one, other), approach.time)]
 
@@ -61,7 +61,7 @@ def _losses(by_round: dict[int, Round], one: Name, other: Name) -> list[str]:
     return ["Loss: " + "; ".join(missed) + "."] if missed else ["Loss: none that concerns these trajectories."]
 
 
-def _assumption(planned: Round, attempt: Attempt, one: Name, other: Name) -> list[str]:
+def _assumption(before: Round | None, planned: Round, attempt: Attempt, one: Name, other: Name) -> list[str]:
     """Say what the planning CU believed of both UAVs, and whether it was true."""
     w, k = one[1].cu, one[1].round
     cu = planned.before.swarm.cus[w]
@@ -81,16 +81,33 @@ def _assumption(planned: Round, attempt: Attempt, one: Name, other: Name) -> lis
     if other[1] in known:
         lines.append(f"CU {w} did keep UAV {one[0]} away from UAV {other[0]}'s trajectory {in_words(other)}.")
     elif other[1].round == k:
-        chosen = "is" if other[0] in attempt.task.selected else "is not"
-        lines.append(
-            f"UAV {other[0]} is planned in the same round, by CU {other[1].cu}; for CU {w} it {chosen} in A_ET({k}), "
-            f"which is {sorted(attempt.task.selected)}."
-        )
+        lines += _same_round(before, planned, attempt, one, other)
     else:
         lines.append(
             f"Stale assumption: UAV {other[0]}'s trajectory {in_words(other)} is not among those that CU {w} keeps UAV "
             f"{one[0]} away from."
         )
+    return lines
+
+
+def _same_round(before: Round | None, planned: Round, attempt: Attempt, one: Name, other: Name) -> list[str]:
+    """Say whom each of the two CUs took to be planned in this round, and why they disagreed, if they did."""
+    k, w, v = one[1].round, one[1].cu, other[1].cu
+    theirs = planned.computed.attempts[v]
+    assert theirs is not None
+    lines = [
+        f"UAV {other[0]} is planned in the same round, by CU {v}. CU {w} takes A_ET({k}) to be "
+        f"{sorted(attempt.task.selected)}, CU {v} takes it to be {sorted(theirs.task.selected)}."
+    ]
+    if other[0] not in attempt.task.selected or one[0] not in theirs.task.selected:
+        lines.append("Stale assumption: one of them counts on the other UAV's old trajectory, and leaves no room.")
+    if before is not None:
+        for cu in (w, v):
+            got = before.at_cus[cu]
+            what = [f"does not get the message in CU {s}'s slot" for s in got.lost_slots]
+            what += [f"decodes a UAV's reply in CU {s}'s slot, without priorities" for s in got.decoded_replies]
+            if what:
+                lines.append(f"Priorities: in round {k - 1}, CU {cu} {' and '.join(what)}.")
     return lines
 
 

@@ -248,7 +248,7 @@ FLIGHT_CLAIMS: tuple[FlightClaim, ...] = (
         "For two UAVs that were not planned in round k, separation of the entries of D(k) gives separation of those of "
         "D(k+1).",
         "Lemma 4, eqs. (18) and (19)",
-        "Eq. (18).",
+        "Eq. (18). The conclusion is read at the samples of eq. (21), one round later than those of (18).",
         in_round=lemma_4,
         approach=attrgetter("none_new_after"),
     ),
