@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
+
+from swarmproof.mlr.network import Reception
 
 #: One truth value per (receiver, message): rows are receivers.
 Pairs = NDArray[np.bool_]
@@ -69,4 +72,23 @@ def nothing_lost(uavs: int, cus: int) -> Losses:
         np.zeros((uavs, cus), bool),
         np.zeros((cus, cus), bool),
         np.zeros((uavs, cus), bool),
+    )
+
+
+def lost_in(at_cus: Sequence[Reception], at_uavs: Sequence[Reception]) -> Losses:
+    """Return the losses of a round in which CUs and UAVs received this: `deliver` gives these receptions back."""
+    cus, uavs = len(at_cus), len(at_uavs)
+
+    def marked(receptions: Sequence[Reception], columns: int, of: str) -> Pairs:
+        array = np.zeros((len(receptions), columns), bool)
+        for row, reception in enumerate(receptions):
+            array[row, list(getattr(reception, of))] = True
+        return array
+
+    return Losses(
+        marked(at_cus, uavs, "lost_uavs"),
+        marked(at_cus, cus, "lost_slots"),
+        marked(at_uavs, cus, "lost_slots"),
+        marked(at_cus, cus, "decoded_replies"),
+        marked(at_uavs, cus, "decoded_replies"),
     )

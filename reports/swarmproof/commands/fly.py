@@ -13,10 +13,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-try:
-    from swarmproof.assess.adversary import Worst, parse_budget, search
-except ImportError:
-    pass
+from swarmproof.assess.adversary import Worst, parse_budget, search
 from swarmproof.assess.exhaustive import Decided, explore_flights, parse_rounds
 from swarmproof.assess.judge import Judged
 from swarmproof.assess.log import Log
@@ -62,7 +59,9 @@ def add_parser(commands: Any) -> None:
     parser.add_argument("scenario", metavar="SCENARIO", help=f"a TOML file, or one of {', '.join(SHIPPED)}")
     parser.add_argument("--cus", type=_number, default=2, metavar="M", help="number of compute units (default 2)")
     parser.add_argument("--trigger", default="HT", metavar="T", help=f"{', '.join(Trigger)} (default HT)")
-    parser.add_argument("--loss", default="none", metavar="SPEC", help=f"{', '.join([*FORMS, *SEARCHES])} (default none)")
+    parser.add_argument(
+        "--loss", default="none", metavar="SPEC", help=f"{', '.join([*FORMS, *SEARCHES])} (default none)"
+    )
     parser.add_argument(
         "--semantics", default="guarded", metavar="PRESET", help=f"as in verify: {', '.join(PRESETS)} (default guarded)"
     )
@@ -164,7 +163,7 @@ def _every_pattern(
             lambda k, done, size: bar.update(task, description=f"round {k}", completed=done, total=size),
         )
     if folder is not None:
-        write_patterns(folder, setting, found)
+        write_patterns(folder, setting, rounds, found)
     _write_json(options.json, flight_words.patterns_document(setting, rounds, found))
     _print(console, flight_words.patterns_headline(setting, rounds, found), found.claims)
     for line in flight_words.patterns_summary(found):
@@ -185,7 +184,13 @@ def _search(setting: Setting, rounds: int, budget: int) -> Worst:
 
 
 def _bar(unit: str) -> Progress:
-    columns = (BarColumn(), MofNCompleteColumn(), TextColumn(unit), TimeElapsedColumn(), TextColumn("{task.description}"))
+    columns = (
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn(unit),
+        TimeElapsedColumn(),
+        TextColumn("{task.description}"),
+    )
     return Progress(*columns, console=Console(stderr=True), transient=True)
 
 

@@ -63,7 +63,8 @@ def patterns_headline(setting: Setting, rounds: int, found: Exhaustive) -> str:
     """Return what became of the flights under all loss patterns, in one line."""
     violated = [decided.claim.id for decided in found.claims if decided.verdict is Verdict.VIOLATED]
     what = f"violated: {', '.join(violated)}" if violated else "no claim violated"
-    return f"{setting.scenario.name}, {setting.scenario.uavs} UAVs, {setting.cus} CUs, all losses of {rounds} rounds: {what}"
+    scenario = setting.scenario
+    return f"{scenario.name}, {scenario.uavs} UAVs, {setting.cus} CUs, all losses of {rounds} rounds: {what}"
 
 
 def patterns_summary(found: Exhaustive) -> list[str]:
@@ -71,11 +72,11 @@ def patterns_summary(found: Exhaustive) -> list[str]:
     covered = found.patterns[-1] if found.patterns else 0
     swarms = ", ".join(str(count) for count in found.swarms)
     return [
-        f"{covered} loss patterns of {len(found.patterns)} rounds covered; different swarms after 0, 1, … rounds: {swarms}; "
-        f"{found.transitions} rounds flown, {found.asked} plans asked for, {_total(found.qps)} different ones planned "
+        f"{covered} loss patterns of {len(found.patterns)} rounds covered; different swarms after 0, 1, … rounds: "
+        f"{swarms}; {found.transitions} rounds flown, {found.asked} plans asked for, {_total(found.qps)} different ones planned "
         f"({found.qps.rejected} rejected, {found.qps.infeasible} infeasible).",
-        f"Smallest scaled distance of references: {found.sampled:.6f} m at samples, of all trajectories in valid trackers "
-        f"(over their whole horizon) {found.tracked:.6f} m; at any time of these rounds at least "
+        f"Smallest scaled distance of references: {found.sampled:.6f} m at samples, of all trajectories in valid "
+        f"trackers (over their whole horizon) {found.tracked:.6f} m; at any time of these rounds at least "
         f"{found.continuous_lower:.6f} m.",
     ]
 

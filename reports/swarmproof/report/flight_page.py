@@ -1,0 +1,105 @@
+"""The page about one flight, with its pictures in it: one file without resources, and the pictures beside it."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+
+from markupsafe import Markup
+
+from swarmproof.assess.judge import FlightVerdict, Flown
+from swarmproof.assess.log import Log, Outcome
+from swarmproof.assess.run import Setting
+from swarmproof.mlr.algorithm1 import CuState
+from swarmproof.report import flight_words, names
+from swarmproof.report.flight_plots import Picture, check_available, pictures
+from swarmproof.report.page import PAPER, template
+from swarmproof.semantics.switches import BadInput
+
+__all__ = ["check_available", "write_flight"]
+
+#: Attempts without a plan that are listed; of the others, it is said how many there are.
+MOST_LISTED = 12
+_VERDICT_WORDS = {
+    FlightVerdict.VIOLATED: ("✗ violated", "bad"),
+    FlightVerdict.NOT_VIOLATED: ("✓ not violated", "good"),
+    FlightVerdict.NOT_APPLICABLE: ("– not applicable", "dim"),
+}
+
+
+@dataclass(frozen=True)
+class CuView:
+    """What one CU did: in how many rounds it was in each state, and what became of its attempts to plan."""
+
+    name: str
+    states: tuple[int, ...]
+    outcomes: tuple[int, ...]
+
+
+def write_flight(folder: Path, setting: Setting, loss: str, flown: Flown, log: Log) -> Path:
+    """Write the report of a flight into `folder`, which must be there, and return the path of its page.
+
+    Args:
+        folder: where `index.html` and the pictures go.
+        setting: what was flown.
+        loss: the loss model, as the user wrote it.
+        flown: what became of the claims.
+        log: all rounds of the flight, at least one.
+
+    Raises:
+        BadInput: there is no matplotlib, or a file cannot be written.
+    """
+    check_available()
+    drawn = pictures(flown, log)
+    page = folder / "index.html"
+    try:
+        for picture in drawn:
+            (folder / f"{picture.name}.svg").write_text(picture.svg, encoding="utf-8")
+        page.write_text(flight_page(setting, loss, flown, log, drawn), encoding="utf-8")
+    except OSError as error:
+        raise BadInput(f"cannot write to {folder}: {error.strerror}; give a folder that can be written to") from None
+    return page
+
+
+def flight_page(setting: Setting, loss: str, flown: Flown, log: Log, drawn: list[Picture]) -> str:
+    """Return the page, with the pictures `drawn` in it."""
+    failed = [attempt for logged in log.rounds for attempt in logged.replanned if attempt.why]
+    return template("flight.html.j2").render(
+        paper=PAPER,
+        headline=flight_words.headline(setting, flown),
+        figures=flight_words.summary(flown),
+        scope=flight_words.scope(setting, loss, flown),
+        claims=flown.claims,
+        violated=[judged for judged in flown.claims if judged.verdict is FlightVerdict.VIOLATED],
+        verdict_words=_VERDICT_WORDS,
+        pictures=[(picture, inlined(picture)) for picture in drawn],
+        states=[state.name for state in CuState],
+        outcomes=list(Outcome),
+        cus=_cus(setting.cus, log),
+        failed=failed[:MOST_LISTED],
+        more_failed=len(failed) - len(failed[:MOST_LISTED]),
+    )
+
+
+def inlined(picture: Picture) -> Markup:
+    """Return a picture as an element of a page: with identifiers of its own, and with what it shows in words."""
+    root, begin, rest = picture.svg[picture.svg.index("<svg") :].partition(">")
+    # on a small screen the picture is scrolled: it would be illegible if it fitted
+    root = re.sub(r' (?:width|height)="[^"]*"', "", root)
+    root += f' role="img" aria-label="{escape(picture.alt)}" style="width: 100%; min-width: 820px; height: auto"'
+    rest = re.sub(r'( id="|href="#|url\(#)', rf"\1{picture.name}-", rest)
+    return Markup(root + begin + rest)
+
+
+def _cus(cus: int, log: Log) -> list[CuView]:
+    views = []
+    for w in range(cus):
+        states = Counter(logged.states[w] for logged in log.rounds)
+        outcomes = Counter(attempt.outcome for logged in log.rounds for attempt in logged.replanned if attempt.cu == w)
+        views.append(
+            CuView(names.cu(w), tuple(states[state] for state in CuState), tuple(outcomes[one] for one in Outcome))
+        )
+    return views

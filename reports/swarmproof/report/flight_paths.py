@@ -1,0 +1,128 @@
+"""Draws where the UAVs of a flight flew: their references in space and from above."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from swarmproof.assess.judge import Flown
+from swarmproof.assess.log import Log
+from swarmproof.motion.lattice import Floats
+from swarmproof.report.flight_series import target_changes
+from swarmproof.report.flight_timeline import RED
+from swarmproof.report.plot_style import GREY
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+#: Paths with more corners than these in all are drawn as pixels: as lines they would take too much room.
+MOST_CORNERS = 12_000
+#: If the targets change more often than this, only the last ones are drawn.
+MOST_TARGETS = 6
+_SHADOW = "#C8C8C8"
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What is drawn of the paths; lengths in m.
+
+    Attributes:
+        positions: shape (samples, N, 3).
+        targets: at the end, shape (N, 3).
+        earlier: those before, each of the same shape.
+        closest: the places of the two UAVs at their closest approach, shape (2, 3).
+        space: low and high of the flying space, shape (2, 3).
+    """
+
+    positions: Floats
+    targets: Floats
+    earlier: Sequence[Floats]
+    closest: Floats
+    space: Floats
+
+    @classmethod
+    def of(cls, flown: Flown, log: Log) -> Scene:
+        """Return what is drawn of a flight of at least one round."""
+        scenario = log.flight.scenario
+        targets = [np.array(scenario.targets_at(k)) for k in target_changes(scenario, len(log.rounds))]
+        return cls(
+            log.positions(log.flight.lattice.steps),
+            targets[-1],
+            targets[:-1] if len(targets) <= MOST_TARGETS else [],
+            log.at(flown.closest_pair[1])[list(flown.closest_pair[0])],
+            np.array(scenario.parameters.workspace, float).T,
+        )
+
+    @property
+    def colours(self) -> list[Any]:
+        """A colour for each UAV; they repeat after twenty."""
+        from matplotlib import colormaps
+
+        twenty = colormaps["tab20"].resampled(20)
+        return [twenty((2 * i) % 20 + (i // 10) % 2) for i in range(len(self.targets))]
+
+    @property
+    def style(self) -> dict[str, Any]:
+        """How paths are drawn."""
+        corners = self.positions.shape[0] * self.positions.shape[1]
+        alpha = 1.0 if len(self.positions) <= 2000 else 0.5
+        return {"lw": 1.1, "alpha": alpha, "rasterized": corners > MOST_CORNERS}
+
+
+def draw_paths(figure: Figure, scene: Scene) -> None:
+    """Draw the paths in space (true scale in all directions) and from above."""
+    grid = figure.add_gridspec(1, 2, width_ratios=[1.12, 1])
+    in_space = figure.add_subplot(grid[0], projection="3d")
+    _draw_in_space(in_space, scene)
+    _draw_from_above(figure.add_subplot(grid[1]), scene)
+    handles, labels = in_space.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=6)
+
+
+def _draw_in_space(axes: Any, scene: Scene) -> None:
+    """Draw the paths in space, with their shadows on the floor, and explain all marks."""
+    low, high = scene.space
+    axes.set_proj_type("ortho")
+    axes.view_init(elev=24, azim=-58)
+    axes.set_box_aspect(high - low, zoom=1.18)
+    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+        axis.set_pane_color("#FAFAFA")
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+    axes.set(xlabel="x (m)", ylabel="y (m)", zlabel="z (m)")
+    for colour, path in zip(scene.colours, scene.positions.transpose(1, 2, 0), strict=True):
+        axes.plot(path[0], path[1], low[2], color=_SHADOW, lw=0.6, rasterized=scene.style["rasterized"])
+        axes.plot(*path, color=colour, **scene.style)
+    points = {"depthshade": False, "zorder": 5}
+    axes.scatter(*scene.positions[0].T, s=30, c="white", edgecolors=scene.colours, linewidths=1.2, **points)
+    axes.scatter(*scene.targets.T, s=36, marker="x", c=scene.colours, linewidths=1.8, **points)
+    axes.scatter(*scene.closest.T, s=110, facecolors="none", edgecolors=RED, linewidths=1.6, **points)
+    axes.plot([], [], [], "o", color=GREY, mfc="white", ms=7, label="start")
+    axes.plot([], [], [], "x", color=GREY, ms=7, mew=2, label="target at the end")
+    if scene.earlier:
+        axes.plot([], [], [], "s", color=GREY, mfc="none", ms=3.5, mew=0.7, label="earlier target")
+    axes.plot([], [], [], "o", color=RED, mfc="none", ms=10, mew=1.6, label="closest approach")
+    axes.plot([], [], [], color=_SHADOW, lw=1.2, label="shadow on the floor")
+
+
+def _draw_from_above(axes: Axes, scene: Scene) -> None:
+    """Draw x and y of the same."""
+    (x0, y0, _), (x1, y1, _) = scene.space
+    axes.set_aspect("equal")
+    axes.plot([x0, x1, x1, x0, x0], [y0, y0, y1, y1, y0], color=GREY, lw=1)
+    paths = scene.positions.transpose(1, 2, 0)
+    for colour, path in zip(scene.colours, paths, strict=True):
+        axes.plot(path[0], path[1], color=colour, **scene.style)
+    for points in scene.earlier:
+        for colour, point in zip(scene.colours, points, strict=True):
+            axes.plot(*point[:2], "s", color=colour, mfc="none", ms=3.5, mew=0.7)
+    for i, (colour, path, target) in enumerate(zip(scene.colours, paths, scene.targets, strict=True)):
+        axes.plot(path[0, 0], path[1, 0], "o", color=colour, mfc="white", ms=12, mew=1.3)
+        axes.text(path[0, 0], path[1, 0], str(i), ha="center", va="center_baseline", fontsize=7.5, zorder=4)
+        axes.plot(*target[:2], "x", color=colour, ms=8, mew=2)
+    for x, y, _ in scene.closest:
+        axes.plot(x, y, "o", color=RED, mfc="none", ms=11, mew=1.6)
+    axes.set(xlabel="x (m)", ylabel="y (m)", title="From above")
