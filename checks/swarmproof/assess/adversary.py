@@ -1,57 +1,37 @@
 """Searches for the losses that bring the swarm closest: Hypothesis looks around, then local search refines.
 
-A pattern is a few losses: what one receiver misses, from which round on, and for how long. Its worth is how close the
-references come, at any time, if it is flown.
-
-Every flight also tells what other patterns are worth. UAVs that hear nothing fly on along what they follow; so the
-closest approach of what two UAVs follow in round k, over the horizon, is that of another pattern: the same losses
-before round k, and from then on these two hear nothing. The smallest of these is what a flight *promises*. Promises
-give the search a slope where CUs still repair what losses have broken, and the best one is flown before anything else.
+A pattern is a few losses: what one receiver misses, from which round on and for how long. It is the better, the smaller
+the distance of two references gets in its flight, at any time. Promises (see :mod:`swarmproof.assess.refly`) give the
+search a slope where CUs still repair what losses have broken; the smallest one is tried before anything else.
 """
 
 from __future__ import annotations
 
-from bisect import bisect_left
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
-from math import inf, sqrt
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from random import Random
-from typing import NamedTuple
 
 import hypothesis
-import numpy as np
 from hypothesis import HealthCheck, Phase, Verbosity
 from hypothesis import strategies as st
 
-from swarmproof.assess.between import closest, cubics
-from swarmproof.assess.candidates import closest_at_samples
-from swarmproof.assess.observing import reference_pieces
-from swarmproof.assess.remember import Remembering
+from swarmproof.assess.refly import Flights, Flown, Loss, Pattern, before
 from swarmproof.assess.run import Setting
-from swarmproof.channel.deliver import deliver
 from swarmproof.channel.losses import Losses
-from swarmproof.channel.pattern import nothing_lost
 from swarmproof.channel.script import shown
-from swarmproof.flight.state import Computed, FlightState
-from swarmproof.motion.lattice import Floats
-from swarmproof.planning.outlook import ARRIVED
-from swarmproof.planning.planner import Planner
 from swarmproof.semantics.switches import BadInput
 
-#: The largest budget.
-MOST_FLIGHTS = 100_000
-#: Losses of a pattern: as many as Hypothesis draws, and as many as local search collects.
-DRAWN, MOST = 12, 30
-#: How long a loss may be when it is drawn, in rounds: often short, sometimes about as long as a horizon.
+#: The largest budget, and the longest flight: all states of some flights are kept.
+MOST_FLIGHTS, MOST_ROUNDS = 100_000, 2000
+#: Losses of a pattern that Hypothesis draws, and that local search collects.
+MOST_DRAWN, MOST_LOSSES = 12, 30
+#: How long a new loss is, in rounds: often short, sometimes about as long as a horizon.
 LENGTHS = (1, 1, 2, 3, 4, 6, 10, 16)
-#: Rounds of a flight from which others can go on.
-REMEMBERED = 1000
-#: Different tasks that the planner remembers.
-TASKS = 20_000
-#: Patterns in a row that had all been flown before: then there is nothing left to try.
-REPEATED = 1000
-#: How far a reference moves in a round in which something happens (m).
-MOVING = 0.01
+#: How local search changes a loss, and by how many rounds.
+CHANGES = ("add", "remove", "shift", "begin", "end", "split", "elsewhere", "elsewhere")
+MOVES = (-5, -3, -2, -1, -1, 1, 1, 2, 3, 5)
+#: After so many changes in a row that lead to nothing new, there is nothing left to try.
+STUCK = 1000
 
 
 @dataclass(frozen=True)
@@ -71,93 +51,193 @@ class Worst:
     description: list[str]
 
 
-class Place(NamedTuple):
-    """What one receiver can miss: its name, what it misses, and where :class:`Losses` mark that.
+class _Search:
+    """Finds the best pattern within a budget."""
 
-    Attributes:
-        marks: number of the array, row, column; the whole row if the column is None.
-    """
+    def __init__(self, setting: Setting, rounds: int, budget: int, tell: Callable[[int, float], None]) -> None:
+        self.flights = Flights(setting, rounds)
+        self._rounds, self._budget, self._tell = rounds, budget, tell
+        self._seed = setting.seed
+        self._random = Random(setting.seed)
+        self.best = self._lossless = self.flights.fly(())
+        self._promising = self.best
+        self._worth: dict[Pattern, float] = {}
+        self.evaluated = 0
+        self._count(self.best)
 
-    receiver: str
-    misses: str
-    marks: tuple[tuple[int, int, int | None], ...]
+    def _try(self, pattern: Pattern) -> None:
+        """Fly a pattern, if it is a new one and the budget allows it."""
+        if pattern not in self._worth and self.evaluated < self._budget:
+            self._count(self.flights.fly(pattern, [self._lossless, self.best]))
+
+    def _count(self, flown: Flown) -> None:
+        self.evaluated += 1
+        self._worth[flown.pattern] = min(flown.distance, flown.promise.distance)
+        self.best = min(flown, self.best, key=_key)
+        self._promising = min(flown, self._promising, key=lambda one: one.promise)
+        self._tell(self.evaluated, self.best.distance)
+
+    def look_around(self, flights: int) -> None:
+        """Let Hypothesis draw patterns, and climb from the best ones, until so many have been flown or drawn."""
+        if flights <= self.evaluated:
+            return
+        # Only booleans are drawn: for integers, Hypothesis reads constants from whatever code is loaded, so that what
+        # is drawn would depend on it, and keeps them in a folder of its own.
+        losses = st.tuples(
+            _below(len(self.flights.places)), _below(len(self._lossless.steps)), _below(len(LENGTHS))
+        ).map(lambda drawn: Loss(drawn[0], drawn[1], LENGTHS[drawn[2]]))
+
+        @hypothesis.seed(self._seed)
+        @hypothesis.settings(
+            max_examples=flights,
+            phases=(Phase.generate, Phase.target),
+            database=None,
+            deadline=None,
+            suppress_health_check=list(HealthCheck),
+            verbosity=Verbosity.quiet,
+        )
+        @hypothesis.given(st.lists(losses, max_size=MOST_DRAWN))
+        def flight(drawn: list[Loss]) -> None:
+            pattern = self._pattern(drawn)
+            if self.evaluated < flights:
+                self._try(pattern)
+            if pattern in self._worth:
+                hypothesis.target(-self._worth[pattern])
+
+        flight()
+
+    def refine(self) -> None:
+        """Try what is promised, else a change of the best pattern; leave as much of the budget as simplifying needs."""
+        idle = 0
+        while self.evaluated + len(self.best.pattern) + bool(self.best.pattern) < self._budget and idle < STUCK:
+            pattern = self._pattern(self.flights.promised(self._promising))
+            if self._promising.promise.distance >= self.best.distance or pattern in self._worth:
+                pattern = self._changed()
+            idle = idle + 1 if pattern in self._worth else 0
+            self._try(pattern)
+
+    def simplify(self) -> None:
+        """Leave out what comes too late, and every loss without which the UAVs come as close."""
+        # what is missed in a round changes what is flown in the next one
+        self._try(before(self.best.pattern, self.best.nearest))
+        while True:
+            pattern = self.best.pattern
+            for loss in pattern:
+                self._try(tuple(other for other in self.best.pattern if other != loss))
+            if self.best.pattern == pattern:
+                return
+
+    def result(self, interrupted: bool) -> Worst:
+        """Return what was found."""
+        best = self.best if interrupted else self.flights.fly(self.best.pattern, [self.best], whole=True)
+        last = max(best.missed, default=-1)
+        losses = tuple(self.flights.losses(best.missed.get(k, ())) for k in range(last + 1))
+        begin = "Interrupted. " if interrupted else ""
+        end = "has these losses:" if best.pattern else "has no losses."
+        far = f"{best.distance:.4f} m in round {best.nearest}"
+        words = [f"{begin}Flights tried: {self.evaluated}. The closest approach, {far}, {end}"]
+        words += [self.flights.in_words(loss) for loss in best.pattern]
+        return Worst(losses, best.distance, self.evaluated, words)
+
+    def _changed(self) -> Pattern:
+        """Return the best pattern with one change, or some."""
+        pattern = self.best.pattern
+        while True:
+            pattern = self._pattern(self._change(list(pattern)))
+            if self._random.random() < 0.5:
+                return pattern
+
+    def _change(self, losses: list[Loss]) -> list[Loss]:
+        change = self._random.choice(CHANGES) if losses else "add"
+        if len(losses) >= MOST_LOSSES:
+            change = "remove"
+        if change == "add":
+            # a loss that comes after the closest approach can only help to another one
+            soon = self.best.nearest > 0 and self._random.random() < 0.75
+            first = self._random.randrange(self.best.nearest if soon else len(self._lossless.steps))
+            return [*losses, Loss(self._any_place(), first, self._random.choice(LENGTHS))]
+        place, first, rounds = losses.pop(self._random.randrange(len(losses)))
+        by = self._random.choice(MOVES)
+        if change == "shift":
+            losses.append(Loss(place, first + by, rounds))
+        elif change == "begin":
+            losses.append(Loss(place, first + by, rounds - by))
+        elif change == "end":
+            losses.append(Loss(place, first, rounds + by))
+        elif change == "split":
+            heard = self._random.randrange(rounds)
+            losses += [Loss(place, first, heard), Loss(place, first + heard + 1, rounds - heard - 1)]
+        elif change == "elsewhere":
+            losses.append(Loss(self._any_place(place if self._random.random() < 0.5 else None), first, rounds))
+        return losses
+
+    def _any_place(self, like: int | None = None) -> int:
+        """Return a random place, of the same receiver as `like` if that is given."""
+        all_places = self.flights.places
+        same = [n for n, place in enumerate(all_places) if like is None or place.receiver == all_places[like].receiver]
+        return self._random.choice(same)
+
+    def _pattern(self, losses: Iterable[Loss]) -> Pattern:
+        """Return these losses as far as they are within the flight: sorted, those of one place apart."""
+        pattern: list[Loss] = []
+        for place, first, rounds in sorted(losses):
+            begin, end = max(first, 0), min(first + rounds, self._rounds)
+            if begin >= end:
+                continue
+            if pattern and pattern[-1].place == place and pattern[-1].first + pattern[-1].rounds >= begin:
+                begin = pattern[-1].first
+                end = max(end, begin + pattern.pop().rounds)
+            pattern.append(Loss(place, begin, end - begin))
+        return tuple(pattern)
 
 
-class Loss(NamedTuple):
-    """`rounds` rounds of missing something, from round `first` on; `place` is an index."""
+def search(setting: Setting, rounds: int, budget: int, tell: Callable[[int, float], None]) -> Worst:
+    """Search for the losses that bring the swarm closest: the same for the same arguments, however long it takes.
 
-    place: int
-    first: int
-    rounds: int
-
-
-#: Sorted, without repetitions.
-Pattern = tuple[Loss, ...]
-
-
-def places(uavs: int, cus: int, replies: bool) -> list[Place]:
-    """Return all places, for each receiver first the one at which it misses everything.
+    Half of the budget is for Hypothesis, which draws patterns and climbs from the best ones, half for local search and
+    for leaving out what is not needed. Interrupted, it returns the best pattern so far, if one has been flown.
 
     Args:
-        uavs: N.
-        cus: M.
-        replies: whether there are conflicts in which receivers decode the one or the other.
+        setting: the flight; its seed is that of the search, too.
+        rounds: how long it is, at least one.
+        budget: how many flights may be flown, at least one.
+        tell: called after each flight with their number, and the smallest distance so far, in m.
+
+    Raises:
+        BadInput: there are too many rounds, or the flight cannot begin.
     """
-    found = []
-    for kind, count, slots, coins in (("CU", cus, 1, 3), ("UAV", uavs, 2, 4)):
-        for n in range(count):
-            at = f"{kind} {n}"
-            everything: list[tuple[int, int, int | None]] = [(slots, n, None)]
-            if kind == "CU":
-                everything.append((0, n, None))
-            found.append(Place(at, "hears nothing", tuple(everything)))
-            found += [Place(at, f"misses slot {s}", ((slots, n, s),)) for s in range(cus)]
-            if kind == "CU":
-                found += [Place(at, f"misses the metadata of UAV {i}", ((0, n, i),)) for i in range(uavs)]
-            if replies:
-                found += [Place(at, f"decodes a reply in slot {s}", ((coins, n, s),)) for s in range(cus)]
-    return found
+    if rounds > MOST_ROUNDS:
+        raise BadInput(f"--loss adversary:{budget} cannot search through {rounds} rounds: at most {MOST_ROUNDS}")
+    found = _Search(setting, rounds, budget, tell)
+    try:
+        found.look_around(budget // 2)
+        found.refine()
+        found.simplify()
+        return found.result(interrupted=False)
+    except KeyboardInterrupt:
+        return found.result(interrupted=True)
 
 
-class _Ahead(NamedTuple):
-    """How close two UAVs come (m), in round `end` − 1, on what they follow in round k."""
+def parse_budget(text: str) -> int:
+    """Return the number of flights in `text`, of ``adversary:BUDGET``.
 
-    distance: float
-    k: int
-    uavs: tuple[int, int]
-    end: int
-
-
-@dataclass(eq=False)
-class _Flown:
-    """A flight: by round, its state, what was computed in it, and how close the references come (m).
-
-    Attributes:
-        marked: by round, the places at which something is missed; rounds without any are left out.
-        states: of the rounds 0 … :data:`REMEMBERED` at most, and one more than there are rounds.
-        ahead: by round, too.
+    Raises:
+        BadInput: it is none.
     """
+    if not (text.isdecimal() and len(text) <= 9 and 1 <= int(text) <= MOST_FLIGHTS):
+        form = f"a number of flights from 1 to {MOST_FLIGHTS}, such as adversary:200"
+        raise BadInput(f"--loss {shown('adversary:' + text)} needs {form}")
+    return int(text)
 
-    pattern: Pattern
-    marked: Mapping[int, frozenset[int]]
-    states: list[FlightState] = field(default_factory=list)
-    computed: list[Computed] = field(default_factory=list)
-    distances: list[float] = field(default_factory=list)
-    ahead: list[_Ahead] = field(default_factory=list)
 
-    @property
-    def distance(self) -> float:
-        return min(self.distances)
+def _key(flown: Flown) -> tuple[float, int, int]:
+    """Return what is small for a good pattern: the distance, then the number of losses, then their length."""
+    return flown.distance, len(flown.pattern), sum(loss.rounds for loss in flown.pattern)
 
-    @property
-    def promise(self) -> _Ahead:
-        return min(self.ahead)
 
-    @property
-    def key(self) -> tuple[float, int, int]:
-        """What is small for a good pattern: closer, then fewer losses, then shorter ones."""
-        return self.distance, len(self.pattern), sum(loss.rounds for loss in self.pattern)
-
-    def differs_in(self, marked: Mapping[int, frozenset[int]]) -> list[int]:
-        """Return the rounds in which something else is missed."""
-        return sorted(k for k in marked.keys() | self.marked.keys() if marked.get(k) != self.marked.get(k))
+def _below(size: int) -> st.SearchStrategy[int]:
+    """Draw an integer from 0 to `size` - 1, of booleans."""
+    bits = size.bit_length() + 1
+    return st.tuples(*[st.booleans()] * bits).map(
+        lambda drawn: sum(bit << n for n, bit in enumerate(reversed(drawn))) * size >> bits
+    )

@@ -103,10 +103,10 @@ def closest_at_samples(lattice: Lattice, k: int, names: Sequence[Name], position
         return None
     apart = positions[:, other] - positions[:, one]
     squares = np.einsum("hpx,hpx->hp", apart, apart)
-    near = np.argwhere(squares <= squares.min() * (1 + _DOUBT))
+    smallest = float(squares.min())
     limit = float(lattice.square(lattice.parameters.d_hat_min))
-    if abs(float(squares.min()) - limit) > _DOUBT * limit:
-        near = near[:1]
+    # far from d̂_min, the pair whose computed distance is the smallest decides, and no other
+    near = np.argwhere(squares <= smallest * (1 + (_DOUBT if abs(smallest - limit) <= _DOUBT * limit else 0)))
     return min(
         (_approach(lattice, k, (names[one[p]], names[other[p]]), apart[h, p], int(h)) for h, p in near),
         key=lambda approach: approach.square,

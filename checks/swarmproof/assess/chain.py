@@ -13,8 +13,9 @@ import numpy as np
 
 from swarmproof.claims.flight import Approach, PlannedBy
 from swarmproof.flight.state import Attempt, Name, Round
-from swarmproof.mlr.messages import HOVERING, Metadata
+from swarmproof.mlr.messages import HOVERING, Metadata, TrajectoryMessage
 from swarmproof.motion.lattice import Lattice
+from swarmproof.planning.accept import wrong_sides
 from swarmproof.planning.plan import Plan
 
 
@@ -55,9 +56,11 @@ def _losses(by_round: dict[int, Round], one: Name, other: Name) -> list[str]:
         if what:
             missed.append(f"in round {r}, CU {w} does not get {' and '.join(what)}")
     for i, metadata in (one, other):
-        r = metadata.round
-        if r in by_round and metadata.cu in by_round[r].at_uavs[i].lost_slots:
-            missed.append(f"in round {r}, UAV {i} does not get CU {metadata.cu}'s message")
+        for r in range(max(metadata.round, min(by_round)), k + 1):
+            for slot in by_round[r].at_uavs[i].lost_slots:
+                message, _ = by_round[r].computed.air.slots[slot]
+                if isinstance(message, TrajectoryMessage) and message.uav == i:
+                    missed.append(f"in round {r}, UAV {i} does not get CU {slot}'s message")
     return ["Loss: " + "; ".join(missed) + "."] if missed else ["Loss: none that concerns these trajectories."]
 
 
@@ -79,7 +82,11 @@ def _assumption(before: Round | None, planned: Round, attempt: Attempt, one: Nam
             lines.append(f"Stale assumption: CU {w} does not know what UAV {i} follows.")
     known = [trajectory.metadata for trajectory in cu.trackers[other[0]].trajectories]
     if other[1] in known:
-        lines.append(f"CU {w} did keep UAV {one[0]} away from UAV {other[0]}'s trajectory {in_words(other)}.")
+        plan, planes = attempt.planned.plan, attempt.task.planes
+        assert plan is not None
+        keeps = other[0] not in [planes.owners[n] for n, _ in wrong_sides(plan, planes)]
+        what = "did keep" if keeps else "held it, but did not keep"
+        lines.append(f"CU {w} {what} UAV {one[0]} away from UAV {other[0]}'s trajectory {in_words(other)}.")
     elif other[1].round == k:
         lines += _same_round(before, planned, attempt, one, other)
     else:
@@ -116,9 +123,10 @@ def _plan(lattice: Lattice, attempt: Attempt, one: Name) -> list[str]:
     assert plan is not None
     apart = attempt.task.planes.others - plan.scaled_from(plan.start)
     nearest = np.sqrt((apart * apart).sum(axis=2).min()) * float(lattice.scaled_unit)
+    verdict = "which breaks (13f)" if len(wrong_sides(plan, attempt.task.planes)) else "as (13f) demands"
     return [
         f"Plan: in round {one[1].round}, CU {one[1].cu} plans UAV {one[0]}; to all trajectories that it knows of, the "
-        f"new one keeps {nearest:.4f} m at all samples, as (13f) demands."
+        f"new one keeps {nearest:.4f} m at all samples, {verdict}."
     ]
 
 

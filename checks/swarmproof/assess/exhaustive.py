@@ -77,8 +77,8 @@ class Exhaustive:
         patterns: the number of loss patterns of the first 1, 2, … rounds.
         swarms: after the first 0, 1, 2, … rounds, the number of different swarms.
         asked: how many plans were asked for; `qps` counts the different ones, which were planned.
-        sampled: the smallest scaled distance of references at samples, in m.
-        tracked: the same of all trajectories in valid trackers.
+        sampled: the smallest scaled distance of references at samples, in m; None if no round was flown.
+        tracked: the same of all trajectories in valid trackers; None if there were no two.
         continuous_lower: a certified lower bound of the references' distance at all times, in m.
         stopped: why it ended before the last round; None if it did not.
     """
@@ -88,8 +88,8 @@ class Exhaustive:
     transitions: int = 0
     asked: int = 0
     qps: Counts = field(default_factory=Counts)
-    sampled: float = inf
-    tracked: float = inf
+    sampled: float | None = None
+    tracked: float | None = None
     continuous_lower: float = inf
     stopped: str | None = None
     claims: tuple[Decided, ...] = ()
@@ -222,7 +222,8 @@ class _Search:
     def _finish(self, seconds: float) -> Exhaustive:
         found = self.found
         found.seconds, found.asked, found.qps = seconds, self._planner.asked, self._planner.counts
-        found.sampled, found.tracked = self._sampled.distance(), self._tracked.distance()
+        found.sampled = None if self._sampled.square is None else self._sampled.distance()
+        found.tracked = None if self._tracked.square is None else self._tracked.distance()
         asked: list[Claim | FlightClaim] = [*self._protocol, *FLIGHT_CLAIMS]
         found.claims = tuple(self._decided(claim) for claim in asked if claim.id not in ("arrives", "eq-2-actual"))
         return found

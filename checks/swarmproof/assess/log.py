@@ -92,11 +92,24 @@ class Log:
         motion = np.array([logged.motion for logged in self.rounds[first:last]])
         lattice = self.flight.lattice
         # steps T_c since the start of the round
-        s = np.arange(per_round + 1)[:, None, None] * (lattice.steps / per_round)
-        p, v, a, u = (motion[:, None, :, row] for row in range(4))
-        moved = p + 3 * v * s + 3 * a * s**2 + u * s**3
+        s: Floats = np.arange(per_round + 1, dtype=float)[:, None, None] * (lattice.steps / per_round)
+        moved = _moved(motion[:, None], s)
         begins = moved[:, :-1].reshape(-1, *moved.shape[2:])
         return np.concatenate([begins, moved[-1, -1:]]) * float(lattice.position_unit)
+
+    def at(self, time: float) -> Floats:
+        """Return where the references are (m) at `time` (s) of the flight, shape (N, 3)."""
+        lattice = self.flight.lattice
+        step = time / float(lattice.parameters.T_c)
+        k = min(int(step / lattice.steps), len(self.rounds) - 1)
+        return _moved(self.rounds[k].motion, step - k * lattice.steps) * float(lattice.position_unit)
+
+
+def _moved(motion: Floats, s: Floats | float) -> Floats:
+    """Return positions (lattice units) `s` steps T_c later; `motion` has its four rows in the axis before the last."""
+    p, v, a, u = (motion[..., row, :] for row in range(4))
+    moved: Floats = p + 3 * v * s + 3 * a * s**2 + u * s**3
+    return moved
 
 
 def _replanned(flown: Round, w: int, attempt: Attempt) -> Replanned:

@@ -50,15 +50,17 @@ class Separation:
         if not self._waiting:
             return
         pieces = np.concatenate(self._waiting)
-        self._waiting.clear()
         lower, upper = lowest_per_step(pieces)
-        self.band.append(np.sqrt(np.maximum(np.stack([lower, upper], axis=1), 0.0)) * self._unit)
         found = closest(pieces)
-        if self._closest is None or found.lower < self._closest.lower:
-            self._closest, self._closest_step = found, self._steps + found.step
+        answer: bool | None = True
         if self._at_least is not False and found.lower < float(self._square) * (1 + 1e-6):
             answer = at_least(pieces, self._square)
-            self._at_least = answer if answer is not True else self._at_least
+        # only now, when nothing takes long any more: an interruption must not lose pieces that are not bounded yet
+        self._waiting.clear()
+        self.band.append(np.sqrt(np.maximum(np.stack([lower, upper], axis=1), 0.0)) * self._unit)
+        if self._closest is None or found.lower < self._closest.lower:
+            self._closest, self._closest_step = found, self._steps + found.step
+        self._at_least = answer if answer is not True else self._at_least
         self._steps += len(pieces)
 
 

@@ -202,7 +202,7 @@ class Flight:
         known = state.knowledge[w]
         points = self.scenario.targets_at(state.k)
         targets = tuple(
-            KnownTarget(points[i], state.k) if i in got.inbox.uav_messages and old.point != points[i] else old
+            KnownTarget(points[i], state.k + 1) if i in got.inbox.uav_messages and old.point != points[i] else old
             for i, old in enumerate(known.targets)
         )
         known = known._replace(targets=targets)
@@ -225,8 +225,6 @@ class Flight:
         for cu in swarm.cus:
             for i, tracker in enumerate(cu.trackers):
                 used.update((i, trajectory.metadata) for trajectory in tracker.trajectories)
-        for uav in swarm.uavs:
-            used.add((uav.i, uav.followed.metadata))
         return {name: known[name] for name in used}
 
 

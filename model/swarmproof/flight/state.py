@@ -20,7 +20,7 @@ Name = tuple[int, Metadata]
 
 
 class KnownTarget(NamedTuple):
-    """Where a UAV wants to go (m), as its message in round `since` first said; None if it was never heard."""
+    """Where a UAV wants to go (m), and from which round on a CU knows so; None if it never heard the UAV say it."""
 
     point: tuple[float, float, float] | None
     since: int

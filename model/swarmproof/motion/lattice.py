@@ -66,12 +66,12 @@ class Lattice:
         steps = self.steps * self.horizon
         rows = int(np.abs(self.scaling).sum(axis=1).max())
         largest: int = rows * max(
-            (2 * position + 3 * velocity * steps + 3 * acceleration * steps**2 + jerk * steps**3)
+            (2 * int(position) + 3 * int(velocity) * steps + 3 * int(acceleration) * steps**2 + int(jerk) * steps**3)
             for position, velocity, acceleration, jerk in zip(
-                np.maximum(np.abs(self.low), np.abs(self.high)).astype(int).tolist(),
-                self.v_max.astype(int).tolist(),
-                self.a_max.astype(int).tolist(),
-                self.j_max.astype(int).tolist(),
+                np.maximum(np.abs(self.low), np.abs(self.high)).tolist(),
+                self.v_max.tolist(),
+                self.a_max.tolist(),
+                self.j_max.tolist(),
                 strict=True,
             )
         )

@@ -80,7 +80,7 @@ def wrong_sides(plan: Plan, planes: Planes) -> NDArray[np.intp]:
     # relative error at most 3u(1+u)², its root at most 3u, d̂ as a float less than 2u, so `right` less than 9u in all.
     # Twice these bounds covers terms of second order and the rounding of the bounds themselves.
     slack = 8 * ROUNDOFF * np.abs(products).sum(axis=2) + 20 * ROUNDOFF * right
-    doubtful = np.argwhere(~(dot - slack >= right))
+    doubtful = np.argwhere(~(dot - slack > right))
     broken = [
         (trajectory, h)
         for trajectory, h in doubtful
@@ -97,7 +97,7 @@ def right_side(
     dot, square = sum(a * b for a, b in zip(n, delta, strict=True)), sum(a * a for a in n)
     # both sides multiplied so that what is left is x ≥ d̂‖n‖ with an integer x
     left = 2 * dot - square if halfway else dot
-    return left >= 0 and left * left >= lattice.square(lattice.parameters.d_hat_min) * square
+    return square > 0 and left >= 0 and left * left >= lattice.square(lattice.parameters.d_hat_min) * square
 
 
 def _square_root(lattice: Lattice) -> Fraction:

@@ -27,13 +27,13 @@ class Plan:
     def __init__(self, lattice: Lattice, start: int, state: Floats, jerks: Floats) -> None:
         self.lattice = lattice
         self.start = start
-        self.state = state
-        self.jerks = jerks
+        self.state = state + 0.0
+        self.jerks = jerks + 0.0
         periods = lattice.steps * np.arange(lattice.horizon + 1, dtype=float)[:, None]
         self.positions = lattice.from_state @ state + lattice.from_jerks @ jerks
         self.velocities = state[1] + 2 * periods * state[2] + lattice.velocity_from_jerks @ jerks
         self.accelerations = state[2] + lattice.acceleration_from_jerks @ jerks
-        for array in (state, jerks, self.positions, self.velocities, self.accelerations):
+        for array in (self.state, self.jerks, self.positions, self.velocities, self.accelerations):
             array.setflags(write=False)
 
     @classmethod

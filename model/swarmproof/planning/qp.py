@@ -90,7 +90,7 @@ class LazyProgram:
             if answer.status is Status.INFEASIBLE:
                 return Status.INFEASIBLE, jerks
             if not np.isfinite(answer.x).all():
-                return Status.GAVE_UP, jerks
+                return Status.GAVE_UP, np.full(self.size, np.nan)
             jerks = answer.x[: self.size]
             slacks = self.rows.slacks(jerks)
             missing = (slacks < 0.5 * demands) & ~shown

@@ -98,10 +98,10 @@ def _draw_in_space(axes: Any, scene: Scene) -> None:
         axes.plot(*path, color=colour, **scene.style)
     points = {"depthshade": False, "zorder": 5}
     axes.scatter(*scene.positions[0].T, s=30, c="white", edgecolors=scene.colours, linewidths=1.2, **points)
-    axes.scatter(*scene.targets.T, s=36, marker="x", c=scene.colours, linewidths=1.8, **points)
+    axes.scatter(*scene.targets.T, s=60, marker="s", facecolors="none", edgecolors=scene.colours, **points)
     axes.scatter(*scene.closest.T, s=110, facecolors="none", edgecolors=RED, linewidths=1.6, **points)
     axes.plot([], [], [], "o", color=GREY, mfc="white", ms=7, label="start")
-    axes.plot([], [], [], "x", color=GREY, ms=7, mew=2, label="target at the end")
+    axes.plot([], [], [], "s", color=GREY, mfc="none", ms=9, mew=1.3, label="target at the end")
     if scene.earlier:
         axes.plot([], [], [], "s", color=GREY, mfc="none", ms=3.5, mew=0.7, label="earlier target")
     axes.plot([], [], [], "o", color=RED, mfc="none", ms=10, mew=1.6, label="closest approach")
@@ -122,7 +122,7 @@ def _draw_from_above(axes: Axes, scene: Scene) -> None:
     for i, (colour, path, target) in enumerate(zip(scene.colours, paths, scene.targets, strict=True)):
         axes.plot(path[0, 0], path[1, 0], "o", color=colour, mfc="white", ms=12, mew=1.3)
         axes.text(path[0, 0], path[1, 0], str(i), ha="center", va="center_baseline", fontsize=7.5, zorder=4)
-        axes.plot(*target[:2], "x", color=colour, ms=8, mew=2)
+        axes.plot(*target[:2], "s", color=colour, mfc="none", ms=14, mew=1.3)
     for x, y, _ in scene.closest:
         axes.plot(x, y, "o", color=RED, mfc="none", ms=11, mew=1.6)
     axes.set(xlabel="x (m)", ylabel="y (m)", title="From above")

@@ -109,15 +109,16 @@ def _separation(flown: Flown, log: Log) -> Picture:
     kept, steps = float(given.d_hat_min), Band.of(flown, float(given.T_c)).steps
     broken = {judged.claim.id for judged in flown.claims if judged.verdict is FlightVerdict.VIOLATED}
     at_samples = (
-        "Here it is broken at samples, too."
+        "Here references are closer than d̂_min at samples, too."
         if "theorem-2" in broken
-        else "At samples, all references keep it; where the curve is below, they dip between two samples."
+        else "At samples, all references keep it here; where the curve is below, they dip between two samples."
     )
-    below = int((flown.band[:, 1] < kept).sum())
+    surely, perhaps = (int((bound < kept).sum()) for bound in (flown.band[:, 1], flown.band[:, 0]))
+    below = f"{surely}" if surely == perhaps else f"{surely} to {perhaps}"
     (i, j), time = flown.closest_pair
     caption = [
         "Look for the curve below d̂_min, which planners keep at samples only, and below d_min, a collision.",
-        f"{at_samples} The curve is below d̂_min in {below} of {len(flown.band)} steps T_c.",
+        f"{at_samples} That is so in {below} of {len(flown.band)} steps T_c.",
         "It is a certified band, mostly thinner than the line: the true value lies in it, at all times, for all pairs.",
         "Distances are scaled, ‖Θ⁻¹(p_j − p_i)‖. On the right, the two UAVs that come closest; dots are samples.",
     ]

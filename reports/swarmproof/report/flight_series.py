@@ -76,6 +76,8 @@ class Band:
         """Return the band of a flight in at most so many bins."""
         bins = Bins.of(len(flown.band), most)
         lower, upper = flown.band.T
+        # the bound of the whole flight holds in every step, too, and may be the better one
+        lower = np.maximum(lower, flown.continuous_lower)
         return cls(bins.edges(T_c), bins.least(lower), bins.least(upper), bins.largest(upper), bins.width)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 
 from swarmproof.assess.exhaustive import Decided, Exhaustive, Verdict
 from swarmproof.assess.judge import Counts, FlightVerdict, Flown, Judged
@@ -73,10 +74,10 @@ def patterns_summary(found: Exhaustive) -> list[str]:
     swarms = ", ".join(str(count) for count in found.swarms)
     return [
         f"{covered} loss patterns of {len(found.patterns)} rounds covered; different swarms after 0, 1, … rounds: "
-        f"{swarms}; {found.transitions} rounds flown, {found.asked} plans asked for, {_total(found.qps)} different ones planned "
-        f"({found.qps.rejected} rejected, {found.qps.infeasible} infeasible).",
-        f"Smallest scaled distance of references: {found.sampled:.6f} m at samples, of all trajectories in valid "
-        f"trackers (over their whole horizon) {found.tracked:.6f} m; at any time of these rounds at least "
+        f"{swarms}; {found.transitions} rounds flown, {found.asked} plans asked for, {_total(found.qps)} different ones "
+        f"planned ({found.qps.rejected} rejected, {found.qps.infeasible} infeasible).",
+        f"Smallest scaled distance of references: {_metres(found.sampled)} at samples, of all trajectories in valid "
+        f"trackers (over their whole horizon) {_metres(found.tracked)}; at any time of these rounds at least "
         f"{found.continuous_lower:.6f} m.",
     ]
 
@@ -111,11 +112,15 @@ def patterns_document(setting: Setting, rounds: int, found: Exhaustive) -> str:
     return _text(content)
 
 
+def _metres(distance: float | None) -> str:
+    return "none seen" if distance is None else f"{distance:.6f} m"
+
+
 def _total(counts: Counts) -> int:
     return counts.solved + counts.rejected + counts.infeasible
 
 
-def _header(setting: Setting, rounds: int, separation: dict[str, float], counts: Counts) -> dict[str, object]:
+def _header(setting: Setting, rounds: int, separation: Mapping[str, float | None], counts: Counts) -> dict[str, object]:
     return {
         "schema": SCHEMA,
         "uavs": setting.scenario.uavs,
