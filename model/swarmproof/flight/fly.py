@@ -96,9 +96,10 @@ class Flight:
         attempts: list[Attempt | None] = []
         decided, announced, computed, messages = [], [], [], []
         for cu, known in zip(state.swarm.cus, state.knowledge, strict=True):
-            outlook = self._outlook(state, cu, known) if cu.state is CuState.RUN_DMPC else None
-            detours = None
-            if outlook is not None:
+            outlook, detours = None, None
+            if cu.state is CuState.RUN_DMPC:
+                # whether to make room depends on the real targets, everything else on the present ones
+                outlook = self._outlook(state, cu, known._replace(detours=()))
                 detours = self._detours(state.k, cu, known, outlook)
                 known = replace_detours(known, cu.w, self.cus, detours)
                 if known.detours:

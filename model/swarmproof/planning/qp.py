@@ -20,6 +20,8 @@ MOST_SOLVES = 40
 #: m. Planes to which the old trajectory comes so close are shown to the solver from the beginning; so are bands that
 #: it comes so close to. Only the time to the answer depends on these, not the answer.
 NEAR, NEAR_BAND = 0.05, 0.1
+#: m/s³. What is larger is no answer: jerks are bounded by a few m/s³, each ε_j by its band's width in m.
+BEYOND = 1e6
 #: Of each trajectory's planes, one is added for each so many samples.
 STRETCH = 6
 
@@ -86,10 +88,12 @@ class LazyProgram:
         shown = self._worst(slacks, slacks < NEAR)
         jerks = start
         for _ in range(MOST_SOLVES):
-            answer = solver(self._program(demands, jerk_demand, shown, banded))
+            program = self._program(demands, jerk_demand, shown, banded)
+            answer = solver(program)
             if answer.status is Status.INFEASIBLE:
                 return Status.INFEASIBLE, jerks
-            if not np.isfinite(answer.x).all():
+            # said so that nan is refused, too
+            if answer.x.shape != program.c.shape or not (np.abs(answer.x) <= BEYOND).all():
                 return Status.GAVE_UP, np.full(self.size, np.nan)
             jerks = answer.x[: self.size]
             slacks = self.rows.slacks(jerks)

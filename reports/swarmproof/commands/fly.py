@@ -22,14 +22,8 @@ from swarmproof.channel.losses import FORMS, LossModel, Recorded, parse
 from swarmproof.channel.script import write_script
 from swarmproof.flight.state import Round
 from swarmproof.planning.trigger import Trigger
-from swarmproof.report import flight_words
-
-try:
-    from swarmproof.report import flight_page
-    from swarmproof.report.flight_patterns import write_patterns
-except ImportError:
-    pass
-from swarmproof.report.folder import claim_file, claim_folder
+from swarmproof.report import flight_page, flight_words
+from swarmproof.report.flight_patterns import write_patterns
 from swarmproof.scenario.scenario import SHIPPED, load
 from swarmproof.semantics.switches import PRESETS, SWITCHES, BadInput, Semantics
 

@@ -74,8 +74,8 @@ def patterns_summary(found: Exhaustive) -> list[str]:
     swarms = ", ".join(str(count) for count in found.swarms)
     return [
         f"{covered} loss patterns of {len(found.patterns)} rounds covered; different swarms after 0, 1, … rounds: "
-        f"{swarms}; {found.transitions} rounds flown, {found.asked} plans asked for, {_total(found.qps)} different ones "
-        f"planned ({found.qps.rejected} rejected, {found.qps.infeasible} infeasible).",
+        f"{swarms}; {found.transitions} rounds flown, {found.asked} plans asked for, {_total(found.qps)} different "
+        f"ones planned ({found.qps.rejected} rejected, {found.qps.infeasible} infeasible).",
         f"Smallest scaled distance of references: {_metres(found.sampled)} at samples, of all trajectories in valid "
         f"trackers (over their whole horizon) {_metres(found.tracked)}; at any time of these rounds at least "
         f"{found.continuous_lower:.6f} m.",
