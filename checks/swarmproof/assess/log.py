@@ -93,23 +93,23 @@ class Log:
         lattice = self.flight.lattice
         # steps T_c since the start of the round
         s: Floats = np.arange(per_round + 1, dtype=float)[:, None, None] * (lattice.steps / per_round)
-        moved = _moved(motion[:, None], s)
-        begins = moved[:, :-1].reshape(-1, *moved.shape[2:])
-        return np.concatenate([begins, moved[-1, -1:]]) * float(lattice.position_unit)
+        there = moved(motion[:, None], s)
+        begins = there[:, :-1].reshape(-1, *there.shape[2:])
+        return np.concatenate([begins, there[-1, -1:]]) * float(lattice.position_unit)
 
     def at(self, time: float) -> Floats:
         """Return where the references are (m) at `time` (s) of the flight, shape (N, 3)."""
         lattice = self.flight.lattice
         step = time / float(lattice.parameters.T_c)
         k = min(int(step / lattice.steps), len(self.rounds) - 1)
-        return _moved(self.rounds[k].motion, step - k * lattice.steps) * float(lattice.position_unit)
+        return moved(self.rounds[k].motion, step - k * lattice.steps) * float(lattice.position_unit)
 
 
-def _moved(motion: Floats, s: Floats | float) -> Floats:
+def moved(motion: Floats, s: Floats | float) -> Floats:
     """Return positions (lattice units) `s` steps T_c later; `motion` has its four rows in the axis before the last."""
     p, v, a, u = (motion[..., row, :] for row in range(4))
-    moved: Floats = p + 3 * v * s + 3 * a * s**2 + u * s**3
-    return moved
+    there: Floats = p + 3 * v * s + 3 * a * s**2 + u * s**3
+    return there
 
 
 def _replanned(flown: Round, w: int, attempt: Attempt) -> Replanned:

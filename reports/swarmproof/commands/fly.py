@@ -24,6 +24,7 @@ from swarmproof.flight.state import Round
 from swarmproof.planning.trigger import Trigger
 from swarmproof.report import flight_page, flight_words
 from swarmproof.report.flight_patterns import write_patterns
+from swarmproof.report.folder import claim_file, claim_folder
 from swarmproof.scenario.scenario import SHIPPED, load
 from swarmproof.semantics.switches import PRESETS, SWITCHES, BadInput, Semantics
 

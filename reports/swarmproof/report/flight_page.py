@@ -39,6 +39,14 @@ class CuView:
     outcomes: tuple[int, ...]
 
 
+@dataclass(frozen=True)
+class Told:
+    """How the first violation of some claims came about: topic (may be empty) and text of each line."""
+
+    claims: tuple[str, ...]
+    lines: tuple[tuple[str, str], ...]
+
+
 def write_flight(folder: Path, setting: Setting, loss: str, flown: Flown, log: Log) -> Path:
     """Write the report of a flight into `folder`, which must be there, and return the path of its page.
 
@@ -66,6 +74,7 @@ def write_flight(folder: Path, setting: Setting, loss: str, flown: Flown, log: L
 
 def flight_page(setting: Setting, loss: str, flown: Flown, log: Log, drawn: list[Picture]) -> str:
     """Return the page, with the pictures `drawn` in it."""
+    chains = _chains(flown)
     failed = [attempt for logged in log.rounds for attempt in logged.replanned if attempt.why]
     return template("flight.html.j2").render(
         paper=PAPER,
@@ -75,6 +84,8 @@ def flight_page(setting: Setting, loss: str, flown: Flown, log: Log, drawn: list
         claims=flown.claims,
         violated=[judged for judged in flown.claims if judged.verdict is FlightVerdict.VIOLATED],
         verdict_words=_VERDICT_WORDS,
+        chains=chains,
+        chain_of={claim: told.claims[0] for told in chains for claim in told.claims},
         pictures=[(picture, inlined(picture)) for picture in drawn],
         states=[state.name for state in CuState],
         outcomes=list(Outcome),
@@ -92,6 +103,21 @@ def inlined(picture: Picture) -> Markup:
     root += f' role="img" aria-label="{escape(picture.alt)}" style="width: 100%; min-width: 820px; height: auto"'
     rest = re.sub(r'( id="|href="#|url\(#)', rf"\1{picture.name}-", rest)
     return Markup(root + begin + rest)
+
+
+def _chains(flown: Flown) -> list[Told]:
+    """Return the chains of violated claims; claims with the same first violation share one."""
+    claims: dict[tuple[str, ...], list[str]] = {}
+    for judged in flown.claims:
+        if judged.chain:
+            claims.setdefault(judged.chain, []).append(judged.claim.id)
+    return [Told(tuple(some), tuple(_line(sentence) for sentence in chain)) for chain, some in claims.items()]
+
+
+def _line(sentence: str) -> tuple[str, str]:
+    """Return the topic with which a sentence begins, up to the first colon, and the rest."""
+    topic, colon, text = sentence.partition(": ")
+    return (topic, text) if colon and topic.count(" ") <= 1 else ("", sentence)
 
 
 def _cus(cus: int, log: Log) -> list[CuView]:

@@ -75,7 +75,7 @@ class Scene:
 
 def draw_paths(figure: Figure, scene: Scene) -> None:
     """Draw the paths in space (true scale in all directions) and from above."""
-    grid = figure.add_gridspec(1, 2, width_ratios=[1.12, 1])
+    grid = figure.add_gridspec(1, 2, width_ratios=[1.15, 1], wspace=0.12)
     in_space = figure.add_subplot(grid[0], projection="3d")
     _draw_in_space(in_space, scene)
     _draw_from_above(figure.add_subplot(grid[1]), scene)
@@ -88,7 +88,7 @@ def _draw_in_space(axes: Any, scene: Scene) -> None:
     low, high = scene.space
     axes.set_proj_type("ortho")
     axes.view_init(elev=24, azim=-58)
-    axes.set_box_aspect(high - low, zoom=1.18)
+    axes.set_box_aspect(high - low, zoom=1.12)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.set_pane_color("#FAFAFA")
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))

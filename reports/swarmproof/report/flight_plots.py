@@ -13,7 +13,7 @@ from swarmproof.assess.log import Log
 from swarmproof.claims.flight import FlightClaim
 from swarmproof.report.flight_paths import MOST_TARGETS, Scene, draw_paths
 from swarmproof.report.flight_separation import down_text, draw_separation, is_enlarged
-from swarmproof.report.flight_series import Band, Bins, target_changes
+from swarmproof.report.flight_series import Band, Bins, jumps, target_changes
 from swarmproof.report.flight_timeline import draw_timeline, height
 from swarmproof.report.plot_style import SETTINGS
 from swarmproof.semantics.switches import BadInput
@@ -100,7 +100,12 @@ def _paths(flown: Flown, log: Log) -> Picture:
         "colour, and its number stands where it starts. Scales are equal in all directions; the box is the flying "
         f"space. The red rings: UAVs {i} and {j} at the closest approach of all, at {time:.2f} s. From above, UAVs "
         "that fly over each other seem to meet."
-        + ("" if few else " Of the targets, which changed often, only the last ones are shown."),
+        + ("" if few else " Of the targets, which changed often, only the last ones are shown.")
+        + (
+            f" In {jumping} rounds, some reference jumps: it was planned from where its UAV was not."
+            if (jumping := jumps(log))
+            else ""
+        ),
     )
 
 

@@ -92,18 +92,22 @@ def _draw_closest(axes: Axes, flown: Flown, log: Log) -> None:
     lowest = float(curve.min())
     span = max(abs(kept - lowest), 0.002 * kept)
     low, high = min(kept, lowest) - span, min(max(kept, lowest) + 6 * span, 1.05 * max(kept, float(curve.max())))
+    begin, end = _shown(curve, high, between)
     axes.axhline(kept, color=GREY, lw=1.1, dashes=(6, 3))
     axes.axhline(float(given.d_min), color=RED, lw=1.1, dashes=(6, 3))
     axes.fill_between(times, curve, kept, where=(curve < kept).tolist(), color=ORANGE, alpha=0.3, lw=0)
-    axes.plot(times, curve, color=BLUE, lw=1.6)
+    for k in range(last - first):
+        # round by round: a reference that is planned from a wrong state jumps between two rounds
+        one_round = slice(k * between * steps, (k + 1) * between * steps)
+        axes.plot(times[one_round], curve[one_round], color=BLUE, lw=1.6)
     axes.plot(times[::between], curve[::between], "o", color=INK, ms=4.5)
     axes.plot(time, flown.continuous_lower, "o", color=RED, mfc="none", ms=10, mew=1.6)
     axes.set(title=f"UAVs {i} and {j} around {time:.2f} s", xlabel="time (s)", ylim=(max(low, 0.0), high))
-    axes.set(xlim=(times[0], times[-1]))
+    axes.set(xlim=(times[begin], times[end]))
     axes.set_ylabel("scaled distance (m)")
     words = f"never below\n{down_text(flown.continuous_lower)} m"
     place: Any = (time, flown.continuous_lower)
-    right = time < (times[0] + times[-1]) / 2
+    right = time < (times[begin] + times[end]) / 2
     axes.annotate(
         words,
         place,
@@ -114,3 +118,12 @@ def _draw_closest(axes: Axes, flown: Flown, log: Log) -> None:
         ha="left" if right else "right",
         va="top",
     )
+
+
+def _shown(curve: Floats, high: float, between: int) -> tuple[int, int]:
+    """Return the first and the last index of what is drawn: where the curve stays below `high`, and a step T_c more."""
+    above = np.flatnonzero(curve > high)
+    lowest = int(curve.argmin())
+    begin = int(above[above < lowest].max(initial=0))
+    end = int(above[above > lowest].min(initial=len(curve) - 1))
+    return max(0, begin - between), min(len(curve) - 1, end + between)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from swarmproof.assess.judge import Flown
-from swarmproof.assess.log import Log
+from swarmproof.assess.log import Log, moved
 from swarmproof.mlr.algorithm1 import CuState
 from swarmproof.motion.lattice import Floats
 from swarmproof.scenario.scenario import Scenario
@@ -104,6 +105,13 @@ def pair_distance(log: Log, pair: tuple[int, int], per_round: int, first: int, l
     apart = (positions[:, j] - positions[:, i]) @ np.array(log.flight.lattice.parameters.theta_inverse, float).T
     distance: Floats = np.sqrt((apart**2).sum(axis=1))
     return distance
+
+
+def jumps(log: Log) -> int:
+    """Return in how many rounds some reference begins elsewhere than it was at the end of the round before, exactly."""
+    steps = log.flight.lattice.steps
+    rounds = [logged.motion for logged in log.rounds]
+    return sum(not np.array_equal(moved(old, steps), new[:, 0]) for old, new in pairwise(rounds))
 
 
 def distances_to_targets(log: Log, scenario: Scenario) -> Floats:

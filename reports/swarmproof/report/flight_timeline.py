@@ -58,9 +58,9 @@ def draw_timeline(figure: Figure, log: Log, violations: Sequence[float]) -> None
         for time in changes:
             axes.axvline(time, color=INK, lw=0.7, dashes=(1, 2), zorder=1)
         for time in violations:
-            axes.axvline(time, color=RED, lw=1, zorder=1)
+            axes.axvline(time, color=RED, lw=1, zorder=3)
     if violations:
-        planned.plot([], [], color=RED, lw=1, label="a claim is broken for the first time")
+        planned.plot([], [], color=RED, lw=1, label="first violation of a claim")
     _draw_planned(planned, log, period)
     _draw_lost(lost, log, period)
     _draw_states(states, log, period)
@@ -68,7 +68,7 @@ def draw_timeline(figure: Figure, log: Log, violations: Sequence[float]) -> None
     distances.plot([], [], color=INK, lw=0.7, dashes=(1, 2), label="targets change")
     _legend(distances)
     distances.set(xlim=(0, period * len(log.rounds)), xlabel="time (s)")
-    rounds = distances.secondary_xaxis(-0.36, functions=(lambda t: t / period, lambda k: k * period))
+    rounds = distances.secondary_xaxis(-0.3, functions=(lambda t: t / period, lambda k: k * period))
     rounds.set_xlabel(f"round (of {period:g} s)")
 
 
@@ -112,14 +112,14 @@ def _draw_planned(axes: Axes, log: Log, period: float) -> None:
     }
     for (outcome, some), mark in zip(failed.items(), "x+", strict=True):
         times, uavs = [period * (one.k + 0.5) for one in some], [one.uav for one in some]
-        label = f"no plan: {outcome}" if some else ""
+        label = str(outcome) if some else ""
         axes.plot(times, uavs, mark, ms=max(4, size), mew=1.2, color=RED, label=label, rasterized=raster)
     handles, _ = axes.get_legend_handles_labels()
     for w in range(log.flight.cus):
         handles.append(Patch(color=PALETTE[w % len(PALETTE)], label=f"CU {w}"))
-    handles.extend(axes.plot([], [], "o", ms=5, color=GREY, label="adopted"))
-    handles.extend(axes.plot([], [], "o", ms=5, color=GREY, mfc="white", label="planned, but not adopted"))
-    axes.set_title("Which UAV is planned, and by which CU")
+    handles.extend(axes.plot([], [], "o", ms=5, color=GREY, label=str(Outcome.ADOPTED)))
+    handles.extend(axes.plot([], [], "o", ms=5, color=GREY, mfc="white", label=str(Outcome.NOT_ADOPTED)))
+    axes.set_title("Who is planned, and by whom")
     rows = log.flight.scenario.uavs
     axes.set(ylabel="UAV", ylim=(rows - 0.4, -0.6), yticks=range(0, rows, 1 if rows <= 32 else 4))
     axes.tick_params("y", labelsize=8, length=0)
@@ -139,7 +139,7 @@ def _draw_lost(axes: Axes, log: Log, period: float) -> None:
     if not total.any():
         axes.text(0.5, 0.5, "no message was lost", transform=axes.transAxes, ha="center", va="center", color=GREY)
     top = max(float(total.max()), 1.0)
-    axes.set(title="Messages lost in each round", ylabel="(message, receiver)", ylim=(0, 1.06 * top))
+    axes.set(title="Messages lost in each round", ylabel="messages", ylim=(0, 1.06 * top))
     _legend(axes)
 
 
@@ -187,5 +187,7 @@ def _draw_distances(axes: Axes, log: Log, period: float) -> None:
     axes.plot(times, bins.mean(distances.mean(axis=1)), color=BLUE, lw=1.3, label="mean")
     axes.plot(times, bins.least(distances.min(axis=1)), color=GREY, lw=0.9, label="nearest UAV")
     axes.axhline(ARRIVED, color="#009E73", lw=1.2, dashes=(6, 3), label=f"arrived: {100 * ARRIVED:g} cm")
-    axes.set(title="Distance to the target", ylabel="m", yscale="log", ylim=(SMALLEST, 1.3 * distances.max()))
+    axes.set(
+        title="Distance to the target", ylabel="distance (m)", yscale="log", ylim=(SMALLEST, 1.3 * distances.max())
+    )
     axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
