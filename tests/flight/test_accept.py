@@ -293,7 +293,7 @@ def test_the_nan_rule_matters(monkeypatch: pytest.MonkeyPatch) -> None:
     plan = Plan(UNITS, 1, ALONE.own.state_at(1), jerks)
     assert verdict(plan, ALONE) == "(12): the jerks are not numbers of the lattice"
     monkeypatch.setattr(np, "rint", lambda array: array)
-    assert verdict(plan, ALONE) is None
+    assert verdict(Plan(UNITS, 1, ALONE.own.state_at(1), jerks), ALONE) is None
 
 
 @pytest.mark.parametrize("selected", [(), (0, 1)])

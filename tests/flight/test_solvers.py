@@ -102,18 +102,18 @@ def test_programs_have_the_shapes_that_solvers_expect() -> None:
     plans = Planner(tasks[0][0].own.lattice, Weights(), solve)
     for task, _ in tasks[:20]:
         plans.plan(task)
-    assert {len(asked.c) for asked in seen} > {45, 46}
+    assert {len(asked.c) for asked in seen} > {39, 40}
     for asked in seen:
         n = len(asked.c)
         assert asked.P.shape == (n, n)
-        assert asked.A.shape == (len(asked.b), n) == (6, n)
+        assert asked.A.shape == (len(asked.b), n) == (0, n)
         assert asked.G.shape == (len(asked.h), n)
         assert asked.low.shape == asked.high.shape == (n,)
         assert (asked.low < asked.high).all()
         assert np.array_equal(asked.P, asked.P.T)
         assert np.linalg.eigvalsh(asked.P).min() > 0
         assert all(matrix.flags.f_contiguous for matrix in (asked.P, asked.A, asked.G))
-        assert all(np.isfinite(array).all() for array in asked)
+        assert all(np.isfinite(array).all() for array in asked[:6])
 
 
 def right(solve: Solver) -> bool:

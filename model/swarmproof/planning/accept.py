@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,26 +39,24 @@ class Planes:
     halfway: Booleans
     owners: tuple[int, ...]
 
+    @cached_property
+    def squares(self) -> Floats:
+        """‖n‖² as floats, shape (n, h_c + 1)."""
+        squares: Floats = np.einsum("nhx,nhx->nh", self.normals, self.normals)
+        return squares
+
+    @cached_property
+    def lengths(self) -> Floats:
+        """‖n‖ as floats, shape (n, h_c + 1)."""
+        return np.sqrt(self.squares)
+
 
 def broken_constraint(plan: Plan, old: Plan, planes: Planes) -> str | None:
     """Return the first constraint of (13) that `plan` breaks, in words; None if it satisfies every one exactly."""
-    lattice = plan.lattice
-    # nan compares false with everything: each condition is said in the way in which nan breaks it
-    if not (np.isfinite(plan.jerks).all() and (plan.jerks == np.rint(plan.jerks)).all()):
-        return "(12): the jerks are not numbers of the lattice"
-    if not (np.abs(plan.jerks) <= lattice.j_max).all():
-        return "(13c): a jerk is out of bounds"
     if not np.array_equal(plan.state, old.state_at(plan.start)):
         return "(13b): it does not begin in the state of the old trajectory"
-    if not (np.abs(plan.velocities) <= lattice.v_max).all():
-        return "(13d): a velocity is out of bounds"
-    if not (np.abs(plan.accelerations) <= lattice.a_max).all():
-        return "(13d): an acceleration is out of bounds"
-    at_periods = plan.positions[:: lattice.steps]
-    if not ((at_periods >= lattice.low).all() and (at_periods <= lattice.high).all()):
-        return "(13d): a position is outside the flying space"
-    if not plan.at_rest:
-        return "(13e): it does not end at rest"
+    if plan.fault is not None:
+        return plan.fault
     broken = wrong_sides(plan, planes)
     if len(broken):
         trajectory, h = broken[0]
@@ -72,21 +71,35 @@ def wrong_sides(plan: Plan, planes: Planes) -> NDArray[np.intp]:
     lattice = plan.lattice
     apart = planes.others - plan.scaled_from(plan.start)  # integers below 2⁵¹: exact
     products = planes.normals * apart
-    dot = products.sum(axis=2)
-    square = (planes.normals * planes.normals).sum(axis=2)
-    reach = np.sqrt(square) * float(_square_root(lattice))
-    right = np.where(planes.halfway[:, None], 0.5 * (reach + square), reach)
-    # With u the unit roundoff: a sum of three rounded products is off by at most 3u(1+u)²·Σ|product|; `square` has
+    dot = np.einsum("nhx->nh", products)
+    reach = planes.lengths * float(_square_root(lattice))
+    right = np.where(planes.halfway[:, None], 0.5 * (reach + planes.squares), reach)
+    # With u the unit roundoff: a sum of three rounded products is off by at most 3u(1+u)²·Σ|product|; `squares` has
     # relative error at most 3u(1+u)², its root at most 3u, d̂ as a float less than 2u, so `right` less than 9u in all.
     # Twice these bounds covers terms of second order and the rounding of the bounds themselves.
-    slack = 8 * ROUNDOFF * np.abs(products).sum(axis=2) + 20 * ROUNDOFF * right
-    doubtful = np.argwhere(~(dot - slack > right))
+    slack = 8 * ROUNDOFF * np.einsum("nhx->nh", np.abs(products)) + 20 * ROUNDOFF * right
+    sure = dot - slack > right
+    if sure.all():
+        return np.empty((0, 2), np.intp)
     broken = [
         (trajectory, h)
-        for trajectory, h in doubtful
+        for trajectory, h in np.argwhere(~sure)
         if not right_side(planes.normals[trajectory, h], apart[trajectory, h], planes.halfway[trajectory], lattice)
     ]
     return np.array(broken, np.intp).reshape(-1, 2)
+
+
+def old_satisfies(old: Plan, start: int, planes: Planes) -> bool:
+    """Decide exactly whether Theorem 1's candidate, `old` shifted to round `start`, satisfies (13) with its planes.
+
+    For the candidate, n of eq. (14) and Δ of (15) are the same: (15) says ‖n‖ ≥ d̂, whether halfway or not.
+    """
+    lattice = old.lattice
+    enough = float(lattice.square(lattice.parameters.d_hat_min))
+    # the relative error of `squares` is at most 3u(1+u)², that of `enough` u, that of the product below another u
+    if old.fault is None and (planes.squares >= enough * (1 + 8 * ROUNDOFF)).all():
+        return True
+    return broken_constraint(old.shifted(start), old, planes) is None
 
 
 def right_side(

@@ -61,15 +61,15 @@ class Plan:
         return self._scaled[self._samples(k)]
 
     def _samples(self, k: int) -> slice:
-        last = self.lattice.horizon * self.lattice.steps
-        offset = min((k - self.start) * self.lattice.steps, last)
-        return slice(offset, offset + last + 1)
+        samples = len(self.positions)
+        offset = min((k - self.start) * self.lattice.steps, samples - 1)
+        return slice(offset, offset + samples)
 
     def state_at(self, k: int) -> Floats:
         """Return the state at the start of round k, at `start` or later. Shape (3, 3)."""
         period = min(k - self.start, self.lattice.horizon)
-        return np.stack(
-            [self.positions[period * self.lattice.steps], self.velocities[period], self.accelerations[period]]
+        return np.array(
+            (self.positions[period * self.lattice.steps], self.velocities[period], self.accelerations[period])
         )
 
     def position(self, step: float) -> Floats:
@@ -99,6 +99,24 @@ class Plan:
     def at_rest(self) -> bool:
         """Whether the trajectory ends at rest, exactly (13e)."""
         return not self.velocities[-1].any() and not self.accelerations[-1].any()
+
+    @cached_property
+    def fault(self) -> str | None:
+        """The first of (12), (13c), (13d), (13e) that the trajectory breaks, in words; None if it satisfies all."""
+        lattice = self.lattice
+        # nan compares false with everything: each condition is said in the way in which nan breaks it
+        if not (np.isfinite(self.jerks).all() and (self.jerks == np.rint(self.jerks)).all()):
+            return "(12): the jerks are not numbers of the lattice"
+        if not (np.abs(self.jerks) <= lattice.j_max).all():
+            return "(13c): a jerk is out of bounds"
+        if not (np.abs(self.velocities) <= lattice.v_max).all():
+            return "(13d): a velocity is out of bounds"
+        if not (np.abs(self.accelerations) <= lattice.a_max).all():
+            return "(13d): an acceleration is out of bounds"
+        at_periods = self.positions[:: lattice.steps]
+        if not ((at_periods >= lattice.low).all() and (at_periods <= lattice.high).all()):
+            return "(13d): a position is outside the flying space"
+        return None if self.at_rest else "(13e): it does not end at rest"
 
     @cached_property
     def digest(self) -> bytes:

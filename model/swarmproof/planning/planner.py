@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from swarmproof.motion.lattice import Floats, Lattice
-from swarmproof.planning.accept import broken_constraint
+from swarmproof.planning.accept import broken_constraint, old_satisfies
 from swarmproof.planning.plan import Plan
 from swarmproof.planning.problem import Model, Task
 from swarmproof.planning.qp import LazyProgram
@@ -50,16 +50,14 @@ class Planner:
 
     def plan(self, task: Task) -> Planned:
         """Return a trajectory for the task's UAV that satisfies (13) exactly, or why there is none."""
-        candidate = task.own.shifted(task.start)
-        feasible = broken_constraint(candidate, task.own, task.planes) is None
+        feasible = old_satisfies(task.own, task.start, task.planes)
         program = LazyProgram(self.model, task)
-        known = jerks_of(candidate)
-        attempts = [(np.full(len(program.rows.limits), SPARE), SPARE)]
+        attempts = [np.full(len(program.room), SPARE)]
         if feasible:
-            attempts.append(self.satisfied(program, known))
+            attempts.append(np.clip(program.room, 0.0, SPARE))
         why, status = "", Status.GAVE_UP
-        for demands, jerk_demand in attempts:
-            status, jerks = program.solve(self.solver, known, demands, jerk_demand)
+        for demands in attempts:
+            status, jerks = program.solve(self.solver, demands)
             if status is Status.INFEASIBLE:
                 why = "the solver says: infeasible"
                 continue
@@ -70,11 +68,6 @@ class Planner:
             gave_up = " that it gave up on" if status is Status.GAVE_UP else ""
             why = f"the solver's answer{gave_up} breaks {broken}"
         return Planned(None, status, why, feasible)
-
-    def satisfied(self, program: LazyProgram, jerks: Floats) -> tuple[Floats, float]:
-        """Return demands for rows and jerks that `jerks` satisfies, at most :data:`SPARE`."""
-        of_jerks = float((self.model.jerk_bounds - np.abs(jerks)).min())
-        return np.clip(program.rows.slacks(jerks), 0.0, SPARE), min(max(of_jerks, 0.0), SPARE)
 
     def rounded(self, task: Task, jerks: Floats) -> Plan:
         """Return the trajectory on the lattice near `jerks` (m/s³, shape (3H,), axis by axis) that ends at rest.
@@ -95,11 +88,6 @@ class Planner:
         rounded[-2] = weighted
         rounded[-1] = total - weighted
         return Plan(lattice, task.start, state, rounded)
-
-
-def jerks_of(plan: Plan) -> Floats:
-    """Return the jerks of a plan in m/s³, axis by axis, shape (3H,)."""
-    return plan.jerks.T.ravel() * float(plan.lattice.jerk_unit)
 
 
 def hovering(lattice: Lattice, starts: Sequence[Sequence[float]]) -> list[Plan]:

@@ -48,59 +48,66 @@ class Task:
 
 
 class Model:
-    """The matrices of (13) in SI units: the same for every UAV and round. Jerks are ordered axis by axis, 3H of them.
+    """The matrices of (13) in SI units: the same for every UAV and round.
+
+    The coordinates y of a plan say how its jerks differ from those of the old trajectory, which ends at rest: in a
+    basis of those differences after which it still does (13e), and in which the quadratic term of the objective (13a)
+    is ½|y|². There are H − 2 of them for each axis; they are ordered axis by axis.
+
+    What is bounded (13c, 13d) are, axis by axis, positions, velocities, accelerations at the ends of periods 1 … H,
+    and jerks: 12H values.
 
     Attributes:
-        to_samples: how the jerks of one axis move its positions at samples 1 … h_c, shape (h_c, H).
-        hessians: of the objective (13a), shape (3H, 3H).
-        gradients: from the states of one axis under zero jerk (targets subtracted) to the linear term, shape (H, 3H).
-        terminals: velocity and acceleration at the end, axis by axis, shape (6, 3H) (13e).
-        state_rows: upper, then lower bounds of position, velocity, acceleration at the ends of periods 1 … H, axis by
-            axis, shape (18H, 3H) (13d); `state_highs` and `state_lows`, shape (9H,), are the bounds.
-        jerk_bounds: shape (3H,) (13c).
+        theta_inverse: Θ⁻¹; `scaled_unit`, `d_hat`: the unit of scaled positions and d̂_min, in m.
+        basis: how the coordinates of one axis change its jerks, shape (H, H − 2).
+        to_samples: its positions at samples 1 … h_c, shape (h_c, H − 2).
+        to_bounded: its bounded values, shape (4H, H − 2).
+        bounds: all bounded values by all coordinates, and below these negated, shape (24H, 3(H − 2)).
+        highs: upper bounds, shape (12H,); `lows`: lower bounds.
+        gradients: from the bounded values of one axis (targets subtracted) to the linear term, shape (H − 2, 4H).
     """
 
     def __init__(self, lattice: Lattice, weights: Weights) -> None:
         self.lattice = lattice
         self.weights = weights
+        self.scaled_unit = float(lattice.scaled_unit)
+        self.d_hat = float(lattice.parameters.d_hat_min)
         self.theta_inverse = lattice.scaling * float(lattice.scaled_unit / lattice.position_unit)
-        self.units = np.array(
-            [float(lattice.position_unit), float(lattice.velocity_unit), float(lattice.acceleration_unit)]
-        )
+        units = (lattice.position_unit, lattice.velocity_unit, lattice.acceleration_unit, lattice.jerk_unit)
+        self.units = np.array([float(unit) for unit in units])
         m, horizon = lattice.steps, lattice.horizon
-        per_unit = self.units / float(lattice.jerk_unit)
-        self.to_samples = lattice.from_jerks[1:] * per_unit[0]
-        positions = self.to_samples[m - 1 :: m]
+        per_unit = self.units / self.units[3]
+        samples = lattice.from_jerks[1:] * per_unit[0]
         velocities = lattice.velocity_from_jerks[1:] * per_unit[1]
         accelerations = lattice.acceleration_from_jerks[1:] * per_unit[2]
-        weighted = (
-            (weights.position, positions),
-            (weights.speed, velocities),
-            (weights.acceleration, accelerations),
-        )
-        one_axis = weights.jerk * np.eye(horizon) + sum(weight * rows.T @ rows for weight, rows in weighted)
-        self.hessians = np.kron(np.eye(3), 2 * one_axis)
-        self.gradients = 2 * np.concatenate([weight * rows for weight, rows in weighted]).T
-        self.terminals = np.kron(np.eye(3), np.stack([velocities[-1], accelerations[-1]]))
-        states = np.kron(np.eye(3), np.concatenate([positions, velocities, accelerations]))
-        self.state_rows = np.concatenate([states, -states])
-        self.state_highs = self._bounds(lattice.high, lattice.v_max, lattice.a_max)
-        self.state_lows = self._bounds(lattice.low, -lattice.v_max, -lattice.a_max)
-        self.jerk_bounds = np.repeat(lattice.j_max * float(lattice.jerk_unit), horizon)
+        bounded = np.concatenate([samples[m - 1 :: m], velocities, accelerations, np.eye(horizon)])
+        cost = np.repeat([weights.position, weights.speed, weights.acceleration, weights.jerk], horizon)[:, None]
+        hessian = 2 * bounded.T @ (cost * bounded)
+        free = np.linalg.svd(np.stack([velocities[-1], accelerations[-1]]))[2][2:].T
+        self.basis = free @ np.linalg.inv(np.linalg.cholesky(free.T @ hessian @ free)).T
+        self.to_samples = samples @ self.basis
+        self.to_bounded = bounded @ self.basis
+        self.gradients = 2 * (cost * self.to_bounded).T
+        by_axis = np.kron(np.eye(3), self.to_bounded)
+        self.bounds = np.concatenate([by_axis, -by_axis])
+        self.highs = self._bounds(lattice.high, lattice.v_max, lattice.a_max, lattice.j_max)
+        self.lows = self._bounds(lattice.low, -lattice.v_max, -lattice.a_max, -lattice.j_max)
 
-    def _bounds(self, position: Floats, velocity: Floats, acceleration: Floats) -> Floats:
-        by_axis = np.stack([position, velocity, acceleration], axis=1) * self.units
-        return np.repeat(by_axis.ravel(), self.lattice.horizon)
+    def _bounds(self, *by_kind: Floats) -> Floats:
+        return np.repeat((np.stack(by_kind, axis=1) * self.units).ravel(), self.lattice.horizon)
 
-    def free(self, plan: Plan, start: int) -> tuple[Floats, Floats]:
-        """Return what happens under zero jerk: sampled positions (H·m, 3) and bounded states (3H, 3), in SI units."""
-        lattice, m = self.lattice, self.lattice.steps
-        state = plan.state_at(start)
-        samples = (lattice.from_state[1:] @ state) * self.units[0]
-        periods = m * np.arange(1, lattice.horizon + 1, dtype=float)[:, None]
-        velocities = (state[1] + 2 * periods * state[2]) * self.units[1]
-        accelerations = np.broadcast_to(state[2] * self.units[2], velocities.shape)
-        return samples, np.concatenate([samples[m - 1 :: m], velocities, accelerations])
+    def old(self, task: Task) -> tuple[Floats, Floats]:
+        """Return the old trajectory's positions at samples, (h_c, 3), and bounded values, (4H, 3), in SI units."""
+        m, horizon = self.lattice.steps, self.lattice.horizon
+        own, passed = task.own, min(task.start - task.own.start, horizon)
+        samples = own.sampled_from(task.start)[1:] * self.units[0]
+        bounded = np.zeros((4 * horizon, 3))
+        bounded[:horizon] = samples[m - 1 :: m]
+        # nothing but the position is left when the trajectory has ended
+        for kind, values in enumerate((own.velocities[1:], own.accelerations[1:], own.jerks), 1):
+            begin = kind * horizon
+            bounded[begin : begin + horizon - passed] = values[passed:] * self.units[kind]
+        return samples, bounded
 
 
 def rightness(task: Task, lattice: Lattice) -> Floats:
@@ -109,7 +116,8 @@ def rightness(task: Task, lattice: Lattice) -> Floats:
     It is the sine of the clockwise angle, seen from above, from UAV i's way to its target to its way to UAV j, from
     where they are at the start of the plan. UAVs above each other are neither left nor right.
     """
-    here, *there = (plan.state_at(task.start)[0] for plan in (task.own, *(held[0] for held in task.others.values())))
+    here = task.own.sampled_from(task.start)[0]
+    there = [held[0].sampled_from(task.start)[0] for held in task.others.values()]
     if not there:
         return np.empty(0)
     x, y = ((np.array(there) - here)[:, :2]).T

@@ -1,12 +1,11 @@
-"""Builds the quadratic program of (13) and lets a solver solve it, few rows at a time: most planes are never active.
+"""Builds the quadratic program of (13) and lets a solver solve it, few rows at a time: most of them are never active.
 
-Variables are the 3H jerks, axis by axis, and one ε_j for each neighbour whose plane at the last sample matters.
+Variables are the coordinates y of :class:`~swarmproof.planning.problem.Model`, in which all plans end at rest and the
+old trajectory is 0, and one ε_j for each neighbour whose plane at the last sample matters.
 Rows that the answer breaks are added until it breaks none. That the answer is good is not decided here.
 """
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,169 +16,145 @@ from swarmproof.planning.solvers import QuadraticProgram, Solver, Status
 
 #: No problem has needed half as many; beyond, the solver counts as having given up.
 MOST_SOLVES = 40
-#: m. Planes to which the old trajectory comes so close are shown to the solver from the beginning; so are bands that
-#: it comes so close to. Only the time to the answer depends on these, not the answer.
+#: m, m/s, …. Rows to which the old trajectory comes so close are shown to the solver from the beginning; so are bands
+#: that it comes so close to (m). Only the time to the answer depends on these, not the answer.
 NEAR, NEAR_BAND = 0.05, 0.1
-#: m/s³. What is larger is no answer: jerks are bounded by a few m/s³, each ε_j by its band's width in m.
-BEYOND = 1e6
-#: Of each trajectory's planes, one is added for each so many samples.
-STRETCH = 6
+#: The first answer, which knows few rows, goes too far: of those it breaks, the ones are added that it breaks already
+#: after this share of the way from the old trajectory to it.
+FIRST_SHARE = 0.3
+#: What is larger is no answer: |y|² is at most twice what the plan can cost, each ε_j at most its band's width in m.
+BEYOND = 1e12
 
 Booleans = NDArray[np.bool_]
 
 
-@dataclass(frozen=True, eq=False)
 class Rows:
-    """All rows of one task: planes first (by trajectory, then sample 1 … h_c), then the bounds of the states.
+    """All rows of one task: planes first (by trajectory, then sample 1 … h_c), then the upper and the lower bounds.
 
-    A row reads matrix @ jerks + ε ≤ limit, in m, m/s or m/s²; ε only in the planes of the last sample.
+    A row reads matrix @ y + ε ≤ limit, in m, m/s, m/s² or m/s³; ε only in the planes of the last sample.
 
     Attributes:
-        planes: the number of trajectories of other UAVs, n; the first n·h_c rows are theirs.
+        normals: of the planes, unscaled, shape (n, h_c, 3) for n trajectories of other UAVs.
         owner: by trajectory, the place of its UAV among the neighbours.
+        samples: positions of the old trajectory at samples 1 … h_c, shape (h_c, 3); `bounded`: its bounded values.
     """
 
-    matrix: Floats
-    limits: Floats
-    planes: int
-    owner: NDArray[np.intp]
+    def __init__(self, model: Model, task: Task) -> None:
+        self.model = model
+        self.samples, self.bounded = model.old(task)
+        planes, unit = task.planes, model.scaled_unit
+        size = planes.lengths[:, 1:] * unit
+        # a normal of length zero gives a row that nothing satisfies
+        n = planes.normals[:, 1:] * (unit / np.maximum(size, unit))[:, :, None]
+        needed = np.where(planes.halfway[:, None], 0.5 * (model.d_hat + size), model.d_hat)
+        self.normals = n @ model.theta_inverse
+        self._beyond = np.einsum("nhx,nhx->nh", n, planes.others[:, 1:]) * unit - needed
+        neighbours = {j: place for place, j in enumerate(task.others)}
+        self.owner = np.array([neighbours[j] for j in planes.owners], np.intp)
 
-    def slacks(self, jerks: Floats) -> Floats:
-        """Return by how much `jerks`, shape (3H,) axis by axis, satisfies each row."""
-        slacks: Floats = self.limits - self.matrix @ jerks
-        return slacks
+    def slacks(self, y: Floats) -> Floats:
+        """Return by how much y, shape (H − 2, 3), satisfies each row."""
+        samples = self.samples + self.model.to_samples @ y
+        of_planes = self._beyond - np.einsum("nhx,hx->nh", self.normals, samples)
+        bounded = (self.bounded + self.model.to_bounded @ y).T.ravel()
+        return np.concatenate([of_planes.ravel(), self.model.highs - bounded, bounded - self.model.lows])
+
+    def of_planes(self, slacks: Floats) -> Floats:
+        """Return the slacks of the planes among those of all rows, shape (n, h_c)."""
+        slacks_of_planes: Floats = slacks[: self._beyond.size].reshape(self._beyond.shape)
+        return slacks_of_planes
+
+    def last_of(self, trajectories: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Return the rows of these trajectories' planes at the last sample."""
+        last: NDArray[np.intp] = (trajectories + 1) * self._beyond.shape[1] - 1
+        return last
+
+    def chosen(self, rows: NDArray[np.intp]) -> Floats:
+        """Return the matrix of these rows (ascending), shape (rows, 3(H − 2))."""
+        of_planes = rows[: np.searchsorted(rows, self._beyond.size)]
+        trajectory, h = np.divmod(of_planes, self._beyond.shape[1])
+        planes = self.normals[trajectory, h][:, :, None] * self.model.to_samples[h][:, None, :]
+        bounds = self.model.bounds[rows[len(of_planes) :] - self._beyond.size]
+        return np.concatenate([planes.reshape(len(of_planes), bounds.shape[1]), bounds])
 
 
 class LazyProgram:
     """The quadratic program of one task.
 
     Attributes:
-        size: the number 3H of jerks.
+        room: by how much the old trajectory satisfies each row.
     """
 
     def __init__(self, model: Model, task: Task) -> None:
         self.model = model
-        self.size = 3 * model.lattice.horizon
-        free_samples, free_states = model.free(task.own, task.start)
-        self.rows = _rows(model, task, free_samples, free_states)
+        self._rows = Rows(model, task)
         horizon = model.lattice.horizon
-        offsets = free_states.copy()
+        self.room = self._rows.slacks(np.zeros((horizon - 2, 3)))
+        offsets = self._rows.bounded.copy()
         offsets[:horizon] -= task.target
         self._gradient = (model.gradients @ offsets).T.ravel()
-        self._rest = -free_states[[2 * horizon - 1, 3 * horizon - 1]].T.ravel()
+        self._old_jerks = self._rows.bounded[3 * horizon :]
         self._band_weights = model.weights.band * np.exp(rightness(task, model.lattice))
-        self._samples = model.lattice.horizon * model.lattice.steps
 
-    def solve(self, solver: Solver, start: Floats, demands: Floats, jerk_demand: float) -> tuple[Status, Floats]:
-        """Return the solver's last verdict and the jerks in m/s³, shape (3H,), axis by axis.
+    def solve(self, solver: Solver, demands: Floats) -> tuple[Status, Floats]:
+        """Return the solver's last verdict and the jerks in m/s³, shape (3H,), axis by axis; nan if there are none.
 
         An answer that the solver itself is not content with is an answer all the same: where there is hardly any room
         between the planes, interior-point methods come near to the optimum without being able to prove it.
 
         Args:
             solver: called with growing programs.
-            start: jerks near which the answer may be: the rows that matter there are shown at once.
             demands: by how much each row is to be satisfied.
-            jerk_demand: by how much the jerks are to be within their bounds, in m/s³.
         """
         width = self.model.weights.band_width
-        slacks = self.rows.slacks(start)
-        banded = self._near_bands(slacks, width + NEAR_BAND)
-        shown = self._worst(slacks, slacks < NEAR)
-        jerks = start
-        for _ in range(MOST_SOLVES):
-            program = self._program(demands, jerk_demand, shown, banded)
+        banded = self._near_bands(self.room, width + NEAR_BAND)
+        shown = self.room < NEAR
+        jerks = nothing = np.full(self._old_jerks.size, np.nan)
+        for n in range(MOST_SOLVES):
+            program = self._program(demands, shown, banded)
             answer = solver(program)
             if answer.status is Status.INFEASIBLE:
-                return Status.INFEASIBLE, jerks
+                return Status.INFEASIBLE, nothing
             # said so that nan is refused, too
             if answer.x.shape != program.c.shape or not (np.abs(answer.x) <= BEYOND).all():
-                return Status.GAVE_UP, np.full(self.size, np.nan)
-            jerks = answer.x[: self.size]
-            slacks = self.rows.slacks(jerks)
+                return Status.GAVE_UP, nothing
+            y = answer.x[: len(self._gradient)].reshape(3, -1).T
+            jerks = (self._old_jerks + self.model.basis @ y).T.ravel()
+            slacks = self._rows.slacks(y)
             missing = (slacks < 0.5 * demands) & ~shown
             soft = self._near_bands(slacks, width) & ~banded
             if not (missing.any() or soft.any()):
                 return answer.status, jerks
             banded |= soft
-            shown |= self._worst(slacks, missing)
+            soon = missing & (self.room + FIRST_SHARE * (slacks - self.room) < 0)
+            shown |= soon if n == 0 and soon.any() else missing
         return Status.GAVE_UP, jerks
 
     def _near_bands(self, slacks: Floats, distance: float) -> Booleans:
         """Return for which neighbours the plane at the last sample is nearer than `distance`."""
-        planes = self.rows.planes
         near = np.zeros(len(self._band_weights), np.bool_)
-        last = slacks[: planes * self._samples].reshape(planes, self._samples)[:, -1]
-        near[self.rows.owner[last < distance]] = True
+        last = self._rows.of_planes(slacks)[:, -1]
+        near[self._rows.owner[last < distance]] = True
         return near
 
-    def _worst(self, slacks: Floats, missing: Booleans) -> Booleans:
-        """Return of the missing rows all bounds, and of each stretch of a trajectory's planes the most broken one."""
-        planes, samples = self.rows.planes, self._samples
-        if samples % STRETCH:
-            return missing
-        of_planes = planes * samples
-        chosen = missing.copy()
-        stretches = missing[:of_planes].reshape(-1, STRETCH)
-        worst = np.where(stretches, slacks[:of_planes].reshape(-1, STRETCH), np.inf).argmin(axis=1)
-        kept = np.zeros_like(stretches)
-        kept[np.arange(len(kept)), worst] = True
-        chosen[:of_planes] = (kept & stretches).ravel()
-        return chosen
-
-    def _program(self, demands: Floats, jerk_demand: float, shown: Booleans, banded: Booleans) -> QuadraticProgram:
-        model, width, jerks = self.model, self.model.weights.band_width, self.size
+    def _program(self, demands: Floats, shown: Booleans, banded: Booleans) -> QuadraticProgram:
+        width, coordinates = self.model.weights.band_width, len(self._gradient)
         bands = np.flatnonzero(banded)
-        size = jerks + len(bands)
-        P = np.zeros((size, size), order="F")
-        P[:jerks, :jerks] = model.hessians
+        size = coordinates + len(bands)
         weights = self._band_weights[bands]
-        P[range(jerks, size), range(jerks, size)] = weights
+        P = np.eye(size, order="F")
+        P[range(coordinates, size), range(coordinates, size)] = weights
         c = np.concatenate([self._gradient, -width * weights])
-        A = np.zeros((6, size), order="F")
-        A[:, :jerks] = model.terminals
-        soft, band = self._soft_rows(bands)
+        # of a banded neighbour's planes at the last sample, all are rows, and ε relaxes them
+        trajectories = np.flatnonzero(banded[self._rows.owner])
+        soft = self._rows.last_of(trajectories)
         chosen = shown.copy()
-        chosen[soft] = False
-        chosen = np.concatenate([np.flatnonzero(chosen), soft])
-        G = np.zeros((len(chosen), size), order="F")
-        G[:, :jerks] = self.rows.matrix[chosen]
-        G[range(len(chosen) - len(soft), len(chosen)), jerks + band] = 1
-        h = self.rows.limits[chosen] - demands[chosen]
+        chosen[soft] = True
+        rows = np.flatnonzero(chosen)
+        G = np.zeros((len(rows), size), order="F")
+        G[:, :coordinates] = self._rows.chosen(rows)
+        G[np.searchsorted(rows, soft), coordinates + np.searchsorted(bands, self._rows.owner[trajectories])] = 1
         low, high = np.zeros(size), np.full(size, width)
-        high[:jerks] = model.jerk_bounds - jerk_demand
-        low[:jerks] = -high[:jerks]
-        return QuadraticProgram(P, c, A, self._rest, G, h, low, high)
-
-    def _soft_rows(self, bands: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Return the rows at the last sample of these neighbours' trajectories, and which band each belongs to."""
-        place = np.full(len(self._band_weights), -1)
-        place[bands] = np.arange(len(bands))
-        band = place[self.rows.owner]
-        trajectories = np.flatnonzero(band >= 0)
-        return (trajectories + 1) * self._samples - 1, band[trajectories]
-
-
-def _rows(model: Model, task: Task, free_samples: Floats, free_states: Floats) -> Rows:
-    """Return all rows; a plane with a normal of length zero gives a row that nothing satisfies."""
-    lattice, planes = model.lattice, task.planes
-    unit = float(lattice.scaled_unit)
-    n = planes.normals[:, 1:] * unit
-    size = np.sqrt((n * n).sum(axis=2))
-    n /= np.maximum(size, unit)[:, :, None]
-    d_hat = float(lattice.parameters.d_hat_min)
-    needed = np.where(planes.halfway[:, None], 0.5 * (d_hat + size), d_hat)
-    normals = n @ model.theta_inverse
-    limits = (n * planes.others[:, 1:]).sum(axis=2) * unit - (normals * free_samples).sum(axis=2) - needed
-    of_planes = limits.size
-    states = free_states.T.ravel()
-    matrix = np.empty((of_planes + 2 * len(states), 3 * lattice.horizon))
-    matrix[:of_planes] = (normals[:, :, :, None] * model.to_samples[:, None, :]).reshape(of_planes, -1)
-    matrix[of_planes:] = model.state_rows
-    neighbours = {j: place for place, j in enumerate(task.others)}
-    return Rows(
-        matrix,
-        np.concatenate([limits.ravel(), model.state_highs - states, states - model.state_lows]),
-        len(limits),
-        np.array([neighbours[j] for j in planes.owners], np.intp),
-    )
+        low[:coordinates], high[:coordinates] = -np.inf, np.inf
+        A, b = np.empty((0, size), order="F"), np.empty(0)
+        return QuadraticProgram(P, c, A, b, G, self.room[rows] - demands[rows], low, high)

@@ -13,7 +13,7 @@ from swarmproof.motion.lattice import Floats
 
 
 class QuadraticProgram(NamedTuple):
-    """Minimise ½xᵀPx + cᵀx subject to Ax = b, Gx ≤ h, low ≤ x ≤ high.
+    """Minimise ½xᵀPx + cᵀx subject to Ax = b, Gx ≤ h, low ≤ x ≤ high; bounds may be infinite, A and G without rows.
 
     Matrices are in column-major order, which solvers ask for.
     """
@@ -46,12 +46,15 @@ class Answer(NamedTuple):
 
 Solver = Callable[[QuadraticProgram], Answer]
 
-#: Absolute and relative tolerance of residuals (m, m/s, …): a thousandth of what constraints are tightened by.
-TOLERANCE = 1e-9
-#: The duality gap matters to optimality only, which nothing rests on.
-GAP = 1e-6
+#: Absolute and relative tolerance of residuals (m, m/s, …): a tenth of what constraints are tightened by.
+TOLERANCE = 1e-7
+#: The duality gap matters to optimality only, which nothing rests on. Where planes leave hardly any room, multipliers
+#: grow without bound, and a smaller one is not reached.
+GAP = 1e-4
 #: Some ten iterations are usual.
 MOST_ITERATIONS = 60
+#: Iterations of the preconditioner: the programs are well scaled as they are.
+PRECONDITIONING = 1
 _STATUSES = {piqp.PIQP_SOLVED: Status.SOLVED, piqp.PIQP_PRIMAL_INFEASIBLE: Status.INFEASIBLE}
 
 
@@ -62,7 +65,9 @@ def solve_with_piqp(program: QuadraticProgram) -> Answer:
     settings.eps_abs = settings.eps_rel = TOLERANCE
     settings.eps_duality_gap_abs = settings.eps_duality_gap_rel = GAP
     settings.max_iter = MOST_ITERATIONS
+    settings.preconditioner_iter = PRECONDITIONING
+    equalities = (program.A, program.b) if len(program.b) else (None, None)
     rows = (program.G, None, program.h) if len(program.h) else (None, None, None)
-    solver.setup(program.P, program.c, program.A, program.b, *rows, program.low, program.high)
+    solver.setup(program.P, program.c, *equalities, *rows, program.low, program.high)
     status = _STATUSES.get(solver.solve(), Status.GAVE_UP)
     return Answer(status, np.array(solver.result.x))
