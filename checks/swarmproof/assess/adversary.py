@@ -78,7 +78,7 @@ class _Search:
         self._tell(self.evaluated, self.best.distance)
 
     def look_around(self, flights: int) -> None:
-        """Let Hypothesis draw patterns, and climb from the best ones, until so many have been flown or drawn."""
+        """Let Hypothesis draw patterns, and climb from the best ones, until so many have been flown."""
         if flights <= self.evaluated:
             return
         # Only booleans are drawn: for integers, Hypothesis reads constants from whatever code is loaded, so that what
@@ -89,7 +89,7 @@ class _Search:
 
         @hypothesis.seed(self._seed)
         @hypothesis.settings(
-            max_examples=flights,
+            max_examples=flights * 3 // 2,  # as some of its examples are old ones, and cost nothing
             phases=(Phase.generate, Phase.target),
             database=None,
             deadline=None,
@@ -237,7 +237,7 @@ def _key(flown: Flown) -> tuple[float, int, int]:
 
 def _below(size: int) -> st.SearchStrategy[int]:
     """Draw an integer from 0 to `size` - 1, of booleans."""
-    bits = size.bit_length() + 1
+    bits = (size - 1).bit_length()
     return st.tuples(*[st.booleans()] * bits).map(
         lambda drawn: sum(bit << n for n, bit in enumerate(reversed(drawn))) * size >> bits
     )

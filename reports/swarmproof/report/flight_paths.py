@@ -19,11 +19,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: Paths with more corners than these in all are drawn as pixels: as lines they would take too much room.
-MOST_CORNERS = 12_000
+#: Of a flight of more rounds than :data:`WHOLE`, only :data:`PART` rounds around the closest approach have colours.
+WHOLE, PART = 600, 200
 #: If the targets change more often than this, only the last ones are drawn.
 MOST_TARGETS = 6
 _SHADOW = "#C8C8C8"
+#: Paths without colours are one line, drawn as pixels: as corners they would take too much room.
+_OTHERS: dict[str, Any] = {"color": "#DDDDDD", "lw": 0.4, "rasterized": True, "zorder": 0}
 
 
 @dataclass(frozen=True)
@@ -31,14 +33,18 @@ class Scene:
     """What is drawn of the paths; lengths in m.
 
     Attributes:
-        positions: shape (samples, N, 3).
-        targets: at the end, shape (N, 3).
-        earlier: those before, each of the same shape.
+        rounds: those whose paths have colours.
+        positions: in these rounds, shape (samples, N, 3).
+        others: in all rounds, if these are more; else None.
+        targets: at the end of `rounds`, shape (N, 3).
+        earlier: those before, each of the same shape, unless they are too many.
         closest: the places of the two UAVs at their closest approach, shape (2, 3).
         space: low and high of the flying space, shape (2, 3).
     """
 
+    rounds: range
     positions: Floats
+    others: Floats | None
     targets: Floats
     earlier: Sequence[Floats]
     closest: Floats
@@ -47,13 +53,20 @@ class Scene:
     @classmethod
     def of(cls, flown: Flown, log: Log) -> Scene:
         """Return what is drawn of a flight of at least one round."""
-        scenario = log.flight.scenario
-        targets = [np.array(scenario.targets_at(k)) for k in target_changes(scenario, len(log.rounds))]
+        scenario, steps = log.flight.scenario, log.flight.lattice.steps
+        pair, time = flown.closest_pair
+        rounds = shown_rounds(len(log.rounds), int(time / float(scenario.parameters.T_s)))
+        changes = [k for k in target_changes(scenario, len(log.rounds)) if k < rounds.stop]
+        # the targets that the coloured paths begin with, and later ones
+        changes = changes[max(0, sum(k <= rounds.start for k in changes) - 1) :]
+        targets = [np.array(scenario.targets_at(k)) for k in changes]
         return cls(
-            log.positions(log.flight.lattice.steps),
+            rounds,
+            log.positions(steps, rounds.start, rounds.stop),
+            log.positions(steps) if len(rounds) < len(log.rounds) else None,
             targets[-1],
             targets[:-1] if len(targets) <= MOST_TARGETS else [],
-            log.at(flown.closest_pair[1])[list(flown.closest_pair[0])],
+            log.at(time)[list(pair)],
             np.array(scenario.parameters.workspace, float).T,
         )
 
@@ -65,12 +78,13 @@ class Scene:
         twenty = colormaps["tab20"].resampled(20)
         return [twenty((2 * i) % 20 + (i // 10) % 2) for i in range(len(self.targets))]
 
-    @property
-    def style(self) -> dict[str, Any]:
-        """How paths are drawn."""
-        corners = self.positions.shape[0] * self.positions.shape[1]
-        alpha = 1.0 if len(self.positions) <= 2000 else 0.5
-        return {"lw": 1.1, "alpha": alpha, "rasterized": corners > MOST_CORNERS}
+
+def shown_rounds(rounds: int, k: int) -> range:
+    """Return the rounds whose paths are drawn in colours, if the closest approach is in round `k` of so many."""
+    if rounds <= WHOLE:
+        return range(rounds)
+    begin = min(max(0, k - PART // 2), rounds - PART)
+    return range(begin, begin + PART)
 
 
 def draw_paths(figure: Figure, scene: Scene) -> None:
@@ -83,6 +97,12 @@ def draw_paths(figure: Figure, scene: Scene) -> None:
     figure.legend(handles, labels, loc="outside lower center", ncols=6)
 
 
+def _one_line(positions: Floats) -> Floats:
+    """Return the paths of all UAVs as one line with gaps, shape (3, corners)."""
+    gap = np.full((1, *positions.shape[1:]), np.nan)
+    return np.concatenate([positions, gap]).transpose(2, 1, 0).reshape(3, -1)
+
+
 def _draw_in_space(axes: Any, scene: Scene) -> None:
     """Draw the paths in space, with their shadows on the floor, and explain all marks."""
     low, high = scene.space
@@ -93,9 +113,11 @@ def _draw_in_space(axes: Any, scene: Scene) -> None:
         axis.set_pane_color("#FAFAFA")
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     axes.set(xlabel="x (m)", ylabel="y (m)", zlabel="z (m)")
+    if scene.others is not None:
+        axes.plot(*_one_line(scene.others), **_OTHERS)
     for colour, path in zip(scene.colours, scene.positions.transpose(1, 2, 0), strict=True):
-        axes.plot(path[0], path[1], low[2], color=_SHADOW, lw=0.6, rasterized=scene.style["rasterized"])
-        axes.plot(*path, color=colour, **scene.style)
+        axes.plot(path[0], path[1], low[2], color=_SHADOW, lw=0.6)
+        axes.plot(*path, color=colour, lw=1.1)
     points = {"depthshade": False, "zorder": 5}
     axes.scatter(*scene.positions[0].T, s=30, c="white", edgecolors=scene.colours, linewidths=1.2, **points)
     axes.scatter(*scene.targets.T, s=60, marker="s", facecolors="none", edgecolors=scene.colours, **points)
@@ -106,6 +128,8 @@ def _draw_in_space(axes: Any, scene: Scene) -> None:
         axes.plot([], [], [], "s", color=GREY, mfc="none", ms=3.5, mew=0.7, label="earlier target")
     axes.plot([], [], [], "o", color=RED, mfc="none", ms=10, mew=1.6, label="closest approach")
     axes.plot([], [], [], color=_SHADOW, lw=1.2, label="shadow on the floor")
+    if scene.others is not None:
+        axes.plot([], [], [], color="#DDDDDD", lw=3, label="other rounds")
 
 
 def _draw_from_above(axes: Axes, scene: Scene) -> None:
@@ -113,9 +137,11 @@ def _draw_from_above(axes: Axes, scene: Scene) -> None:
     (x0, y0, _), (x1, y1, _) = scene.space
     axes.set_aspect("equal")
     axes.plot([x0, x1, x1, x0, x0], [y0, y0, y1, y1, y0], color=GREY, lw=1)
+    if scene.others is not None:
+        axes.plot(*_one_line(scene.others)[:2], **_OTHERS)
     paths = scene.positions.transpose(1, 2, 0)
     for colour, path in zip(scene.colours, paths, strict=True):
-        axes.plot(path[0], path[1], color=colour, **scene.style)
+        axes.plot(path[0], path[1], color=colour, lw=1.1)
     for points in scene.earlier:
         for colour, point in zip(scene.colours, points, strict=True):
             axes.plot(*point[:2], "s", color=colour, mfc="none", ms=3.5, mew=0.7)

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 from swarmproof.assess.judge import FlightVerdict, Flown
 from swarmproof.assess.log import Log
 from swarmproof.claims.flight import FlightClaim
-from swarmproof.report.flight_paths import MOST_TARGETS, Scene, draw_paths
+from swarmproof.report.flight_paths import Scene, draw_paths
 from swarmproof.report.flight_separation import down_text, draw_separation, is_enlarged
-from swarmproof.report.flight_series import Band, Bins, jumps, target_changes
+from swarmproof.report.flight_series import Band, Bins, jumps
 from swarmproof.report.flight_timeline import draw_timeline, height
 from swarmproof.report.plot_style import SETTINGS
 from swarmproof.semantics.switches import BadInput
@@ -89,7 +89,6 @@ def _shorter(svg: str) -> str:
 def _paths(flown: Flown, log: Log) -> Picture:
     scene = Scene.of(flown, log)
     (i, j), time = flown.closest_pair
-    few = len(target_changes(log.flight.scenario, len(log.rounds))) <= MOST_TARGETS
     return Picture(
         "paths",
         "Where they flew",
@@ -100,7 +99,12 @@ def _paths(flown: Flown, log: Log) -> Picture:
         "colour, and its number stands where it starts. Scales are equal in all directions; the box is the flying "
         f"space. The red rings: UAVs {i} and {j} at the closest approach of all, at {time:.2f} s. From above, UAVs "
         "that fly over each other seem to meet."
-        + ("" if few else " Of the targets, which changed often, only the last ones are shown.")
+        + (
+            f" The flight is long: coloured are the rounds {scene.rounds.start} to {scene.rounds.stop - 1}, with the "
+            "places and the targets of their begin and end; grey are all others."
+            if scene.others is not None
+            else ""
+        )
         + (
             f" In {jumping} rounds, some reference jumps: it was planned from where its UAV was not."
             if (jumping := jumps(log))
@@ -156,21 +160,23 @@ def first_violations(flown: Flown, period: float) -> list[float]:
 def _timeline(flown: Flown, log: Log) -> Picture:
     scenario, cus = log.flight.scenario, log.flight.cus
     violations = first_violations(flown, float(scenario.parameters.T_s))
-    bins = Bins.of(len(log.rounds))
-    thinned = (
-        f" The flight is long: a column is {bins.width} rounds, of which it shows the mean of the losses, the share of "
-        "each state, and the largest and the smallest distance."
-        if bins.width > 1
-        else ""
-    )
+    width = Bins.of(len(log.rounds)).width
+    caption = [
+        "Look for what a loss does: CUs leave RUN_DMPC, and while they do, nobody is planned and the distances stay.",
+        "At the top, a mark is a plan, in the colour of its CU; hollow (grey in long flights), if its UAV did not get "
+        "it. A row without marks is a UAV that nobody plans.",
+    ]
+    if violations:
+        caption.append("Red lines are first violations of claims about a round.")
+    if width > 1:
+        caption.append(
+            f"The flight is long: a column is {width} rounds, with the mean of their losses, the share of each state, "
+            "and the largest and the smallest distance."
+        )
     return Picture(
         "timeline",
         "What happened when",
         _draw(lambda figure: draw_timeline(figure, log, violations), 12, height(scenario.uavs, cus)),
         "Over time: which UAV each CU planned, lost messages, the states of the CUs, and the distances to the targets.",
-        "Look for what a loss does: CUs leave RUN_DMPC, and while they do, nobody is planned and the distances stay. A "
-        "row in the first picture that stays empty is a UAV that nobody plans; hollow marks are plans that the UAV did "
-        "not get. A dotted vertical line is a change of the targets"
-        + (", a red one the first violation of a claim about rounds." if violations else ".")
-        + thinned,
+        " ".join(caption),
     )

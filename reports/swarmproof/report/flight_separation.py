@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -63,7 +63,7 @@ def _draw_band(axes: Axes, band: Band, log: Log) -> None:
     corners = np.repeat(band.edges, 2)[1:-1]
     lower, upper, highest = (np.repeat(values, 2) for values in (band.lower, band.upper, band.highest))
     if band.steps > 1:
-        axes.fill_between(corners, upper, highest, color=BLUE, alpha=0.15, lw=0, label="range within a bin")
+        axes.fill_between(corners, upper, highest, color=BLUE, alpha=0.3, lw=0, label="range of the steps in a bin")
     axes.fill_between(corners, lower, kept, where=(lower < kept).tolist(), color=ORANGE, alpha=0.3, lw=0)
     axes.fill_between(corners, lower, upper, color=BLUE, lw=0.9, label="certified smallest distance")
     axes.axhline(kept, color=GREY, lw=1.1, dashes=(6, 3), label=f"{KEPT} = {kept:g} m")
@@ -79,51 +79,44 @@ def _draw_samples(axes: Axes, sampled: Floats, T_c: float) -> None:
 
 def _draw_closest(axes: Axes, flown: Flown, log: Log) -> None:
     """Draw the distance of the closest pair around its closest approach."""
-    given = log.flight.scenario.parameters
+    given, steps = log.flight.scenario.parameters, log.flight.lattice.steps
     kept, period = float(given.d_hat_min), float(given.T_s)
     (i, j), time = flown.closest_pair
     k = min(int(time / period), len(log.rounds) - 1)
-    first, last = max(0, k - AROUND), min(len(log.rounds), k + AROUND + 1)
-    steps = log.flight.lattice.steps
-    # as many points between samples as make POINTS, or a few more, in a round
-    between = -(-POINTS // steps)
-    curve = pair_distance(log, flown.closest_pair[0], between * steps, first, last)
-    times = period * (first + np.arange(len(curve)) / (between * steps))
-    lowest = float(curve.min())
+    rounds = range(max(0, k - AROUND), min(len(log.rounds), k + AROUND + 1))
+    # so many points from one sample to the next that a round has POINTS, or a few more
+    points = -(-POINTS // steps)
+    # round by round: a reference that was planned from a wrong state jumps between two rounds
+    curves = np.array([pair_distance(log, flown.closest_pair[0], points * steps, k, k + 1) for k in rounds])
+    times = period * (np.array(rounds)[:, None] + np.linspace(0, 1, curves.shape[1]))
+    lowest, highest = float(curves.min()), float(curves.max())
     span = max(abs(kept - lowest), 0.002 * kept)
-    low, high = min(kept, lowest) - span, min(max(kept, lowest) + 6 * span, 1.05 * max(kept, float(curve.max())))
-    begin, end = _shown(curve, high, between)
+    low, high = min(kept, lowest) - span, min(max(kept, lowest) + 6 * span, 1.05 * max(kept, highest))
+    for t, curve in zip(times, curves, strict=True):
+        axes.fill_between(t, curve, kept, where=(curve < kept).tolist(), color=ORANGE, alpha=0.3, lw=0)
+        axes.plot(t, curve, color=BLUE, lw=1.6)
+        axes.plot(t[:-1:points], curve[:-1:points], "o", color=INK, ms=4.5)
     axes.axhline(kept, color=GREY, lw=1.1, dashes=(6, 3))
     axes.axhline(float(given.d_min), color=RED, lw=1.1, dashes=(6, 3))
-    axes.fill_between(times, curve, kept, where=(curve < kept).tolist(), color=ORANGE, alpha=0.3, lw=0)
-    for k in range(last - first):
-        # round by round: a reference that is planned from a wrong state jumps between two rounds
-        one_round = slice(k * between * steps, (k + 1) * between * steps)
-        axes.plot(times[one_round], curve[one_round], color=BLUE, lw=1.6)
-    axes.plot(times[::between], curve[::between], "o", color=INK, ms=4.5)
     axes.plot(time, flown.continuous_lower, "o", color=RED, mfc="none", ms=10, mew=1.6)
-    axes.set(title=f"UAVs {i} and {j} around {time:.2f} s", xlabel="time (s)", ylim=(max(low, 0.0), high))
-    axes.set(xlim=(times[begin], times[end]))
-    axes.set_ylabel("scaled distance (m)")
-    words = f"never below\n{down_text(flown.continuous_lower)} m"
-    place: Any = (time, flown.continuous_lower)
-    right = time < (times[begin] + times[end]) / 2
+    begin, end = _shown(times.ravel(), curves.ravel(), high, float(given.T_c))
+    axes.set(title=f"UAVs {i} and {j} around {time:.2f} s", xlabel="time (s)", ylabel="scaled distance (m)")
+    axes.set(xlim=(begin, end), ylim=(max(low, 0.0), high))
+    to_the_right = time < (begin + end) / 2
     axes.annotate(
-        words,
-        place,
-        (12 if right else -12, -6),
+        f"never below\n{down_text(flown.continuous_lower)} m",
+        (time, flown.continuous_lower),
+        (12 if to_the_right else -12, -6),
         textcoords="offset points",
         color=RED,
         fontsize=9,
-        ha="left" if right else "right",
+        ha="left" if to_the_right else "right",
         va="top",
     )
 
 
-def _shown(curve: Floats, high: float, between: int) -> tuple[int, int]:
-    """Return the first and the last index of what is drawn: where the curve stays below `high`, and a step T_c more."""
-    above = np.flatnonzero(curve > high)
-    lowest = int(curve.argmin())
-    begin = int(above[above < lowest].max(initial=0))
-    end = int(above[above > lowest].min(initial=len(curve) - 1))
-    return max(0, begin - between), min(len(curve) - 1, end + between)
+def _shown(times: Floats, curve: Floats, high: float, margin: float) -> tuple[float, float]:
+    """Return from when to when (s) the curve stays below `high` around its minimum, and `margin` more."""
+    lowest, above = int(curve.argmin()), np.flatnonzero(curve > high)
+    begin, end = above[above < lowest].max(initial=0), above[above > lowest].min(initial=len(curve) - 1)
+    return max(float(times[0]), times[begin] - margin), min(float(times[-1]), times[end] + margin)

@@ -27,6 +27,10 @@ if TYPE_CHECKING:
 RED = "#B00020"
 #: More marks than these are drawn as pixels: a shape each would take too much room.
 MOST_MARKS = 4000
+#: The same for the states of the CUs: rounds times CUs times states.
+MOST_CELLS = 15_000
+#: If the targets change more often, that is not marked.
+MOST_CHANGES = 60
 #: Inches that the rows of a UAV and of a CU are high, and the rest of the picture.
 ROW_OF_UAV, ROW_OF_CU, REST = 0.17, 0.24, 7.0
 #: Distances to targets below this are drawn at it, in m.
@@ -48,12 +52,13 @@ def height(uavs: int, cus: int) -> float:
 
 
 def draw_timeline(figure: Figure, log: Log, violations: Sequence[float]) -> None:
-    """Draw it into `figure`; `violations` are the times (s) at which a claim was broken for the first time."""
+    """Draw all that into `figure`; `violations` are the times (s) at which a claim was broken for the first time."""
     scenario, cus = log.flight.scenario, log.flight.cus
     period = float(scenario.parameters.T_s)
     heights = [ROW_OF_UAV * scenario.uavs + 0.4, 1.3, ROW_OF_CU * cus + 0.2, 1.7]
     planned, lost, states, distances = figure.subplots(4, 1, sharex=True, height_ratios=heights)
     changes = [period * k for k in target_changes(scenario, len(log.rounds))]
+    changes = changes if len(changes) <= MOST_CHANGES else []
     for axes in (planned, lost, states, distances):
         for time in changes:
             axes.axvline(time, color=INK, lw=0.7, dashes=(1, 2), zorder=1)
@@ -65,7 +70,8 @@ def draw_timeline(figure: Figure, log: Log, violations: Sequence[float]) -> None
     _draw_lost(lost, log, period)
     _draw_states(states, log, period)
     _draw_distances(distances, log, period)
-    distances.plot([], [], color=INK, lw=0.7, dashes=(1, 2), label="targets change")
+    if changes:
+        distances.plot([], [], color=INK, lw=0.7, dashes=(1, 2), label="targets change")
     _legend(distances)
     distances.set(xlim=(0, period * len(log.rounds)), xlabel="time (s)")
     rounds = distances.secondary_xaxis(-0.3, functions=(lambda t: t / period, lambda k: k * period))
@@ -74,16 +80,10 @@ def draw_timeline(figure: Figure, log: Log, violations: Sequence[float]) -> None
 
 def _legend(axes: Axes) -> None:
     """Put the legend above the axes, on the right; their title is on the left."""
-    handles, _ = axes.get_legend_handles_labels()
-    _legend_of(axes, handles)
-
-
-def _legend_of(axes: Axes, handles: Sequence[Any]) -> None:
     axes.legend(
-        handles=handles,
         loc="lower right",
         bbox_to_anchor=(1.01, 1.0),
-        ncols=min(len(handles), 9),
+        ncols=min(len(axes.get_legend_handles_labels()[0]), 9),
         borderaxespad=0.1,
         fontsize=8.5,
         handlelength=1.2,
@@ -93,46 +93,54 @@ def _legend_of(axes: Axes, handles: Sequence[Any]) -> None:
 
 
 def _draw_planned(axes: Axes, log: Log, period: float) -> None:
-    """Draw a mark for each attempt to plan a UAV: filled if it was adopted, hollow if not, a cross if there is none."""
-    from matplotlib.patches import Patch
+    """Draw a mark for each attempt to plan a UAV: filled if it was adopted, hollow if not, a cross if there is none.
 
+    Many marks become ticks, grey where the plan was not adopted.
+    """
     attempts = [attempt for logged in log.rounds for attempt in logged.replanned]
-    raster = len(attempts) > MOST_MARKS
-    # the width of a round, in points
-    size = float(np.clip(1.3 * 760 / len(log.rounds), 1.2, 6))
-    for w in range(log.flight.cus):
-        colour, shape = PALETTE[w % len(PALETTE)], _SHAPES[w // len(PALETTE)]
-        for outcome, fill in ((Outcome.ADOPTED, colour), (Outcome.NOT_ADOPTED, "white")):
-            some = [attempt for attempt in attempts if attempt.cu == w and attempt.outcome is outcome]
-            times, uavs = [period * (one.k + 0.5) for one in some], [one.uav for one in some]
-            axes.plot(times, uavs, shape, ms=size, color=colour, mfc=fill, mew=0.2 * size, rasterized=raster)
-    failed = {
-        outcome: [attempt for attempt in attempts if attempt.outcome is outcome]
-        for outcome in (Outcome.REJECTED, Outcome.INFEASIBLE)
-    }
-    for (outcome, some), mark in zip(failed.items(), "x+", strict=True):
+    dense = len(attempts) > MOST_MARKS
+    # a third more than the width of a round, in points
+    size = float(np.clip(1000 / len(log.rounds), 1.2, 6))
+    tick = {"marker": "|", "ms": 8, "mew": 0.6}
+
+    def draw(cu: int | None, outcome: Outcome, **style: Any) -> int:
+        some = [one for one in attempts if one.outcome is outcome and cu in (None, one.cu)]
         times, uavs = [period * (one.k + 0.5) for one in some], [one.uav for one in some]
-        label = str(outcome) if some else ""
-        axes.plot(times, uavs, mark, ms=max(4, size), mew=1.2, color=RED, label=label, rasterized=raster)
-    handles, _ = axes.get_legend_handles_labels()
+        axes.plot(times, uavs, ls="", rasterized=dense, zorder=2, **style)
+        return len(some)
+
+    def explain(label: str, **style: Any) -> None:
+        axes.plot([], [], ls="", label=label, **{**style, "ms": 6, "mew": 1.2})
+
     for w in range(log.flight.cus):
-        handles.append(Patch(color=PALETTE[w % len(PALETTE)], label=f"CU {w}"))
-    handles.extend(axes.plot([], [], "o", ms=5, color=GREY, label=str(Outcome.ADOPTED)))
-    handles.extend(axes.plot([], [], "o", ms=5, color=GREY, mfc="white", label=str(Outcome.NOT_ADOPTED)))
+        colour = PALETTE[w % len(PALETTE)]
+        round_mark = {"marker": _SHAPES[w // len(PALETTE)], "ms": size, "mew": 0.2 * size}
+        style: dict[str, Any] = {"color": colour, **(tick if dense else round_mark)}
+        draw(w, Outcome.ADOPTED, **style)
+        explain(f"CU {w}", **style)
+        if not dense:
+            draw(w, Outcome.NOT_ADOPTED, mfc="white", **style)
+    if dense:
+        draw(None, Outcome.NOT_ADOPTED, color=GREY, **tick)
+    explain("not adopted", color=GREY, **(tick if dense else {"marker": "o", "mfc": "white"}))
+    for outcome, marker in ((Outcome.REJECTED, "x"), (Outcome.INFEASIBLE, "+")):
+        cross: dict[str, Any] = {"color": RED, "marker": marker, "ms": max(4.0, size), "mew": 1.2}
+        if draw(None, outcome, **cross):
+            explain(str(outcome), **cross)
     axes.set_title("Who is planned, and by whom")
     rows = log.flight.scenario.uavs
     axes.set(ylabel="UAV", ylim=(rows - 0.4, -0.6), yticks=range(0, rows, 1 if rows <= 32 else 4))
     axes.tick_params("y", labelsize=8, length=0)
     axes.set_axisbelow(True)
     axes.grid(axis="y", color="#E6E6E6", lw=0.6)
-    _legend_of(axes, handles)
+    _legend(axes)
 
 
 def _draw_lost(axes: Axes, log: Log, period: float) -> None:
     """Draw the messages lost in each round, by kind, one upon the other; in bins, the mean of a round."""
     lost = lost_messages(log)
     bins = Bins.of(len(lost))
-    _stack(axes, bins.edges(period), bins.mean(lost), 0.0, 1.0, _LOST)
+    _stack(axes, bins.edges(period), bins.mean(lost), 0.0, 1.0, _LOST, dense=bins.width > 1)
     total = lost.sum(axis=1)
     if bins.width > 1:
         axes.stairs(bins.largest(total), bins.edges(period), color=INK, lw=0.5, label="most in any one round")
@@ -151,23 +159,35 @@ def _draw_states(axes: Axes, log: Log, period: float) -> None:
     cus = is_in.shape[1]
     for w in range(cus):
         kinds = [(state.name if w == 0 else "", colour) for state, colour in _STATES.items()]
-        _stack(axes, bins.edges(period), shares[:, w], w + 0.4, -0.8, kinds)
+        _stack(axes, bins.edges(period), shares[:, w], w + 0.4, -0.8, kinds, dense=is_in.size > MOST_CELLS)
     axes.set(title="States of the CUs", ylabel="CU", ylim=(cus - 0.4, -0.6), yticks=range(cus))
     axes.tick_params("y", labelsize=8, length=0)
     _legend(axes)
 
 
 def _stack(
-    axes: Axes, edges: Floats, values: Floats, base: float, factor: float, kinds: Sequence[tuple[str, str]]
+    axes: Axes,
+    edges: Floats,
+    values: Floats,
+    base: float,
+    factor: float,
+    kinds: Sequence[tuple[str, str]],
+    *,
+    dense: bool,
 ) -> None:
-    """Draw the columns of `values`, shape (bins, kinds), upon each other from `base` on, scaled by `factor`."""
+    """Draw the columns of `values`, shape (bins, kinds), upon each other from `base` on, scaled by `factor`.
+
+    If it is `dense`, it is drawn as pixels.
+    """
     corners = np.repeat(edges, 2)[1:-1]
     below = np.full(len(corners), base)
     for column, (name, colour) in zip(values.T, kinds, strict=True):
         above = below + factor * np.repeat(column, 2)
         # corners where nothing changes would only make the file larger
         keep = _corners(below, above)
-        axes.fill_between(corners[keep], below[keep], above[keep], color=colour, lw=0, label=name, zorder=2)
+        axes.fill_between(
+            corners[keep], below[keep], above[keep], color=colour, lw=0, label=name, zorder=2, rasterized=dense
+        )
         below = above
 
 
