@@ -238,31 +238,35 @@ def test_the_minimum_distance_is_far_enough(direction: str) -> None:
 
 
 def test_whoever_is_nearest_by_a_unit_is_found() -> None:
-    """Of pairs that no float tells from d̂_min, nor from each other, it is exact which is closest, and if it is closer."""
-    units = lattice()
+    """Of pairs that no float tells from d̂_min, nor from each other, it is exact which is closest, and how close."""
+    units = lattice("theta_inverse=1")
     random = np.random.default_rng(0)
     limit = int(F(1, 16) / units.scaled_unit**2)
-    below = 0
+    below = misled = 0
     for _ in range(60):
-        # pairs of hovering UAVs, a metre from one pair to the next; q = (6x, 6y, z)
+        # pairs of hovering UAVs, a metre from one pair to the next
         plans = []
         for row in range(3):
             at = (0.0, row - 1.0, 1.0)
-            x = int(random.uniform(0.4, 0.9) * isqrt(limit)) // 6
-            y = isqrt(limit - 36 * x**2) // 6
-            z = isqrt(limit - 36 * (x**2 + y**2)) + int(random.integers(2))
-            plans += [hover(units, at), hover(units, at, (x, y, z))]
-        squares = [
-            sum(int(part) ** 2 for part in other.scaled_from(0)[0] - one.scaled_from(0)[0])
+            x = int(random.uniform(0.4, 0.9) * isqrt(limit))
+            y = isqrt(limit - x**2)
+            z = isqrt(limit - x**2 - y**2) + int(random.integers(2))
+            plans += [hover(units, at), hover(units, at, random.permutation([x, y, z]).tolist())]
+        pairs = [
+            [int(part) for part in other.scaled_from(0)[0] - one.scaled_from(0)[0]]
             for n, one in enumerate(plans)
             for other in plans[:n]
         ]
-        exact = min(squares) * units.scaled_unit**2
-        assert abs(exact * 16 - 1) < F(1, 2**54)
-        below += exact < F(1, 16)
+        exact = min(sum(part**2 for part in pair) for pair in pairs)
+        assert abs(F(exact, limit) - 1) < F(1, 2**50)
+        below += exact < limit
+        x, y, z = np.array(pairs, float).T
+        misled += sum(int(n) ** 2 for n in pairs[int((x * x + y * y + z * z).argmin())]) != exact
         for approach in ways_to_see(units, plans):
-            assert approach.square == exact
+            assert approach.square == exact * units.scaled_unit**2
     assert 10 < below < 60
+    # floats alone would have been wrong
+    assert misled > 10
 
 
 #: Two pairs of UAVs on a lattice with Θ⁻¹ = 1, in lattice units: the first pair is a little further apart than d̂_min,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Hashable, Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import partial
 from itertools import product
@@ -172,23 +172,25 @@ class _Search:
                 observed, view = observe_round(self._lattice, reached.view, flown)
                 key = _key(flown.after)
                 lost = reached.lost + sum(got.lost for got in (*at_cus, *at_uavs))
-                new = _Reached(flown.after, view, patterns * reached.patterns, lost, (reached, flown))
-                known = following.setdefault(key, new)
-                if known is not new:
-                    known.patterns += new.patterns
-                    if lost < known.lost:
-                        known.lost, known.way = lost, new.way
+                # what a round shows keeps its way: on a better one to the same swarm, it need not be seen
+                this = _Reached(flown.after, view, 0, lost, (reached, flown))
+                known = following.setdefault(key, replace(this))
+                known.patterns += patterns * reached.patterns
+                if lost < known.lost:
+                    known.lost, known.way = lost, this.way
                 self._sampled.take(observed.flown)
                 self._tracked.take(observed.learned)
                 for claim in FLIGHT_CLAIMS:
                     if claim.in_round is not None:
-                        self._note(claim.id, new, claim.in_round(observed), claim.approach and claim.approach(observed))
-                if known is new:
-                    seen = observe(flown.after.swarm)
-                    for protocol_claim in self._protocol:
-                        self._note(protocol_claim.id, new, protocol_claim.broken_in(seen))
+                        self._note(
+                            claim.id, this, claim.in_round(observed), claim.approach and claim.approach(observed)
+                        )
             if len(following) > MOST_SWARMS:
                 raise _TooMany
+        for known in following.values():
+            seen = observe(known.state.swarm)
+            for protocol_claim in self._protocol:
+                self._note(protocol_claim.id, known, protocol_claim.broken_in(seen))
         return following
 
     def _note(self, claim: str, reached: _Reached, broken: list[Broken], approach: Approach | None = None) -> None:

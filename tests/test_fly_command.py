@@ -1,0 +1,448 @@
+"""`swarmproof fly`: what it prints and writes, its exit codes, and one sentence for bad input."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from swarmproof.assess.exhaustive import Exhaustive, explore_flights
+from swarmproof.assess.run import Setting
+from swarmproof.channel.losses import LossModel
+from swarmproof.channel.pattern import Losses, nothing_lost
+from swarmproof.claims.flight import FLIGHT_CLAIMS
+from swarmproof.claims.registry import CLAIMS, Kind
+from swarmproof.cli import BAD_INPUT, INTERRUPTED, main
+from swarmproof.commands import fly as command
+from swarmproof.report.verdicts import ClaimJson
+
+Json = dict[str, Any]
+
+#: A short flight that violates nothing, and one that violates much.
+FINE = ["fly", "crossing", "--rounds", "5"]
+BAD = ["fly", "crossing", "--rounds", "12", "--loss", "iid:0.3", "--semantics", "ignore-loss"]
+#: The keys of the schema, in their order, and the types of their values.
+KEYS: dict[str, tuple[type, ...]] = {
+    "schema": (str,),
+    "uavs": (int,),
+    "cus": (int,),
+    "rounds": (int,),
+    "seed": (int,),
+    "min_separation": (dict,),
+    "qps": (dict,),
+    "arrived": (bool,),
+    "rounds_to_arrival": (int, type(None)),
+    "claims": (list,),
+    "seconds": (float,),
+}
+CLAIM_KEYS: dict[str, tuple[type, ...]] = {
+    "id": (str,),
+    "verdict": (str,),
+    "rounds": (int, type(None)),
+    "lost_messages": (int, type(None)),
+    "worst_rounds": (type(None),),
+    "avoidable": (type(None),),
+    "trace": (type(None),),
+}
+SAFETY = [claim.id for claim in CLAIMS if claim.kind is Kind.SAFETY]
+
+
+def no_constants(name: str) -> float:
+    """Refuse what JSON does not have: NaN and infinities."""
+    raise ValueError(f"{name} is no JSON")
+
+
+def document(capsys: pytest.CaptureFixture[str], arguments: list[str], expected: int) -> Json:
+    """Run the command with `--json -`, and return the document; nothing else is on standard output."""
+    code = main([*arguments, "--json", "-"])
+    captured = capsys.readouterr()
+    assert code == expected, captured.err
+    content: Json = json.loads(captured.out, parse_constant=no_constants)
+    return content
+
+
+def sentence(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """Run a command that cannot be, and return the one sentence that it says."""
+    code = main(["fly", *arguments])
+    captured = capsys.readouterr()
+    assert code == BAD_INPUT
+    assert captured.out == ""
+    (line,) = captured.err.strip().splitlines()
+    assert line.startswith("swarmproof: ")
+    assert "Traceback" not in line
+    return line.removeprefix("swarmproof: ")
+
+
+def verdicts(content: Json) -> dict[str, str]:
+    """Return the verdict of each claim."""
+    return {claim["id"]: claim["verdict"] for claim in content["claims"]}
+
+
+def assert_typed(content: Json, keys: dict[str, tuple[type, ...]]) -> None:
+    """Assert that the object has exactly these keys, in this order, with values of exactly these types."""
+    assert list(content) == list(keys)
+    for key, types in keys.items():
+        assert type(content[key]) in types, key
+
+
+# JSON
+
+
+@pytest.mark.parametrize(("arguments", "code"), [(FINE, 0), (BAD, 1)], ids=["fine", "bad"])
+def test_json_has_the_keys_of_the_schema(arguments: list[str], code: int, capsys: pytest.CaptureFixture[str]) -> None:
+    """The document has the published keys in their order, with their types; claims are those of `verify`, and more."""
+    content = document(capsys, arguments, code)
+    assert_typed(content, KEYS)
+    assert content["schema"] == "swarmproof.flight/1"
+    assert (content["uavs"], content["cus"], content["seed"]) == (2, 2, 0)
+    assert content["rounds"] == int(arguments[3])
+    assert_typed(content["min_separation"], {"sampled": (float,), "continuous_lower": (float,)})
+    assert 0 < content["min_separation"]["continuous_lower"] <= content["min_separation"]["sampled"]
+    assert_typed(content["qps"], {"solved": (int,), "rejected": (int,), "infeasible": (int,)})
+    assert content["qps"]["solved"] > 0
+    for claim in content["claims"]:
+        assert_typed(claim, CLAIM_KEYS)
+        assert (claim["rounds"] is None) == (claim["lost_messages"] is None) == (claim["verdict"] != "violated")
+    assert [claim["id"] for claim in content["claims"]] == SAFETY + [claim.id for claim in FLIGHT_CLAIMS]
+    assert set(verdicts(content).values()) == {"not-violated", "not-applicable"} | ({"violated"} if code else set())
+    assert content["seconds"] > 0
+
+
+def test_claims_have_the_keys_that_they_have_in_verify() -> None:
+    """Claims of flights are written like claims of `verify`."""
+    assert tuple(CLAIM_KEYS) == ClaimJson.__struct_fields__
+
+
+def test_arrival_in_json(capsys: pytest.CaptureFixture[str]) -> None:
+    """`arrived` comes with the rounds that it took; before, there are none."""
+    early, late = document(capsys, FINE, 0), document(capsys, ["fly", "crossing", "--rounds", "40"], 0)
+    assert (early["arrived"], early["rounds_to_arrival"]) == (False, None)
+    assert late["arrived"] is True
+    assert 5 < late["rounds_to_arrival"] < 40
+    assert document(capsys, ["fly", "crossing", "--rounds", str(late["rounds_to_arrival"])], 0)["arrived"] is True
+    assert document(capsys, ["fly", "crossing", "--rounds", str(late["rounds_to_arrival"] - 1)], 0)["arrived"] is False
+
+
+def test_options_are_what_is_flown(capsys: pytest.CaptureFixture[str]) -> None:
+    """Scenario, CUs, seed, rounds and parameters of the command line show in the result."""
+    arguments = ["fly", "random", "--cus", "3", "--seed", "7", "--rounds", "6", "--set", "uavs=4"]
+    content = document(capsys, arguments, 0)
+    assert [content[key] for key in ("uavs", "cus", "seed", "rounds")] == [4, 3, 7, 6]
+    # one plan a round and CU at most
+    assert 0 < content["qps"]["solved"] <= 18
+    by_default = document(capsys, [*arguments[:-2], "--set", "uavs=4", "--trigger", "HT", "--semantics", "guarded"], 0)
+    other = document(capsys, [*arguments, "--trigger", "RR", "--seed", "8"], 0)
+    assert _timeless(content) == _timeless(by_default)
+    assert content["min_separation"] != other["min_separation"]
+
+
+def _timeless(content: Json) -> Json:
+    return {key: value for key, value in content.items() if key != "seconds"}
+
+
+def test_the_baseline_is_known_to_fail(capsys: pytest.CaptureFixture[str]) -> None:
+    """Ignoring losses violates what recovery keeps; a switch and the preset of that name are the same."""
+    found = verdicts(document(capsys, BAD, 1))
+    assert {name for name, verdict in found.items() if verdict == "violated"} >= {"lemma-1", "tracked-separation"}
+    switched = [*BAD[:-2], "--set", "loss_handling=ignore", "--semantics", "printed"]
+    assert verdicts(document(capsys, switched, 1)) == found
+    assert "violated" not in verdicts(document(capsys, BAD[:-2], 0)).values()
+
+
+def test_tracking_errors_are_a_parameter(capsys: pytest.CaptureFixture[str]) -> None:
+    """With a tracking error, the claim about actual positions is asked."""
+    found = verdicts(document(capsys, [*FINE, "--set", "tracking_error=0.02"], 0))
+    assert found["eq-2-actual"] == "not-violated"
+
+
+def test_json_goes_to_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A file gets the document, and the words stay on standard output."""
+    path = tmp_path / "new" / "flight.json"
+    assert main([*FINE, "--json", str(path)]) == 0
+    said = capsys.readouterr().out
+    assert "crossing, 2 UAVs, 2 CUs, 5 rounds: no claim violated" in said
+    content = json.loads(path.read_text(encoding="utf-8"), parse_constant=no_constants)
+    assert _timeless(content) == _timeless(document(capsys, FINE, 0))
+
+
+def test_another_process_flies_the_same(capsys: pytest.CaptureFixture[str]) -> None:
+    """In another process, with another order of sets, the flight is the same; and only JSON is on standard output."""
+    arguments = ["fly", "circle", "--set", "uavs=5", "--loss", "iid:0.1", "--rounds", "8", "--json", "-"]
+    environment = {**os.environ, "PYTHONHASHSEED": "12345"}
+    done = subprocess.run(
+        [sys.executable, "-m", "swarmproof", *arguments], capture_output=True, text=True, env=environment, check=True
+    )
+    assert _timeless(json.loads(done.stdout)) == _timeless(document(capsys, arguments[:-2], 0))
+
+
+# Words
+
+
+def test_what_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    """A flight is told in a headline, a line for each claim, its figures, and what the verdicts are about."""
+    assert main(FINE) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    for claim in FLIGHT_CLAIMS:
+        assert f"{claim.id} not-violated" in said or claim.id == "eq-2-actual"
+    assert "Smallest scaled distance of references: 0." in said
+    assert "optimization problems solved, 0 answers rejected, 0 infeasible; 0 messages lost." in said
+    assert "This flight only: 5 rounds, trigger HT, loss none, seed 0; guarded, event_trigger=round-robin" in said
+    assert "holds" not in said
+    assert "How " not in said
+
+
+def test_a_violation_is_explained(capsys: pytest.CaptureFixture[str]) -> None:
+    """Where trajectories come too close, the chain of events is printed."""
+    assert main(BAD) == 1
+    said = " ".join(capsys.readouterr().out.split())
+    assert "crossing, 2 UAVs, 2 CUs, 12 rounds: violated: lemma-1, lemma-2" in said
+    chain = said.partition("came to be violated first:")[2]
+    steps = ("Loss: in round", "Trackers: in round", "Plan: in round", "Closest approach: at")
+    places = [chain.find(step) for step in steps]
+    assert places == sorted(places)
+    assert places[0] >= 0
+
+
+# Every pattern
+
+
+def test_every_pattern_in_json(capsys: pytest.CaptureFixture[str]) -> None:
+    """Exhaustive flights have the same document, with what was covered, and verdicts about these rounds."""
+    arguments = ["fly", "crossing", "--cus", "1", "--loss", "exhaustive:2"]
+    content = document(capsys, arguments, 0)
+    *most, claims, seconds = KEYS.items()
+    keys = dict([*most, ("patterns", (dict,)), claims, seconds])
+    assert_typed(content, keys)
+    assert content["schema"] == "swarmproof.flight/1"
+    assert content["rounds"] == 2
+    assert (content["arrived"], content["rounds_to_arrival"]) == (False, None)
+    assert content["patterns"]["covered"] == 256
+    assert content["patterns"]["swarms"] == [1, 2, 8]
+    assert content["patterns"]["stopped"] is None
+    asked = SAFETY + [claim.id for claim in FLIGHT_CLAIMS if claim.id not in ("arrives", "eq-2-actual")]
+    assert verdicts(content) == dict.fromkeys(asked, "holds-for-these-rounds")
+    for claim in content["claims"]:
+        assert_typed(claim, CLAIM_KEYS)
+
+
+def test_every_pattern_of_the_baseline(capsys: pytest.CaptureFixture[str]) -> None:
+    """Ignoring losses, some pattern of two rounds violates separation; the rounds and losses of it are given."""
+    arguments = ["fly", "crossing", "--loss", "exhaustive:2", "--semantics", "ignore-loss"]
+    content = document(capsys, arguments, 1)
+    (claim,) = (claim for claim in content["claims"] if claim["id"] == "tracked-separation")
+    assert (claim["verdict"], claim["rounds"], claim["lost_messages"]) == ("violated", 2, 2)
+    assert verdicts(content)["theorem-2"] == "holds-for-these-rounds"
+    assert main(arguments) == 1
+    said = " ".join(capsys.readouterr().out.split())
+    assert "1048576 loss patterns of 2 rounds covered" in said
+    assert "Nothing is said of later rounds." in said
+
+
+# Bad input
+
+
+OWN = """
+name = "own"
+rounds = 10
+[parameters]
+workspace = [[-1.7, 1.7], [-1.7, 1.7], [0.4, 3.0]]
+[start]
+positions = [[-0.6, 0, 1], [0.6, 0, 1]]
+[[targets]]
+round = 0
+positions = [[0.6, 0, 1], [-0.6, 0, 1]]
+"""
+
+
+def own(tmp_path: Path, old: str = "", new: str = "") -> str:
+    """Write a scenario of one's own, with a change, and return its path."""
+    path = tmp_path / "own.toml"
+    assert old in OWN
+    path.write_text(OWN.replace(old, new, 1), encoding="utf-8")
+    return str(path)
+
+
+def test_own_scenarios_are_flown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A TOML file is a scenario, with its own number of rounds."""
+    assert document(capsys, ["fly", own(tmp_path)], 0)["rounds"] == 10
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("[[-0.6, 0, 1], [0.6, 0, 1]]", "[[-0.6, 0, 1], [-0.5, 0, 1]]", "the starts of UAV 0 and UAV 1 are too close"),
+        (
+            "[[0.6, 0, 1], [-0.6, 0, 1]]",
+            "[[0.6, 0, 1], [-1.8, 0, 1]]",
+            "the target of UAV 1 from round 0 on is out",
+        ),
+        ("[[0.6, 0, 1], [-0.6, 0, 1]]", "[[0.6, 0, 1]]", "there are 2 starts, but 1 targets"),
+        ('name = "own"', 'name = "own"\nspeed = 3', "'speed'"),
+        ("[parameters]", "[parameters]\nv_mux = 3", "did you mean v_max?"),
+        ("rounds = 10", "rounds = 0", "rounds"),
+        ("[start]", "[start", "is not TOML"),
+    ],
+)
+def test_bad_scenarios(old: str, new: str, says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Overlapping starts, targets outside the box and unknown keys are one sentence each, which names the file."""
+    said = sentence(capsys, own(tmp_path, old, new))
+    assert "own.toml" in said
+    assert says in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["nowhere"], "there is no scenario 'nowhere'"),
+        (["circel"], "did you mean circle?"),
+        (["nowhere.toml"], "cannot read the scenario nowhere.toml"),
+        (["crossing", "--cus", "0"], "--cus 0 cannot be flown: choose 1 to 16"),
+        (["crossing", "--cus", "17"], "--cus 17 cannot be flown"),
+        (["crossing", "--cus", "two"], "'two' is no whole number"),
+        (["crossing", "--cus", "-1"], "--cus"),
+        (["crossing", "--rounds", "0"], "--rounds 0 cannot be flown: choose 1 to 100000"),
+        (["crossing", "--rounds", "100001"], "--rounds 100001 cannot be flown"),
+        (["crossing", "--rounds", "1.5"], "'1.5' is no whole number"),
+        (["crossing", "--seed", "-3"], "--seed"),
+        (["crossing", "--seed", "9" * 5000], "is no whole number"),
+        (["crossing", "--trigger", "XX"], "there is no trigger 'XX': choose RR, DT, HT"),
+        (["crossing", "--semantics", "odd"], "there are no semantics 'odd'"),
+        (["crossing", "--set", "rejoin=maybe"], "switch rejoin has no value 'maybe'"),
+        (["crossing", "--set", "rejoin"], "--set"),
+        (["crossing", "--set", "v_mux=3"], "did you mean v_max?"),
+        (["crossing", "--set", "v_max=fast"], "'fast' is not a number"),
+        (["crossing", "--set", "uavs=3"], "uavs cannot be changed, since the positions are given one by one"),
+        (["circle", "--set", "uavs=1"], "uavs"),
+        (["circle", "--set", "uavs=60"], "too close"),
+        (["crossing", "--set", "event_trigger=any"], "--trigger says whom the CUs plan"),
+        (["crossing", "--set", "event_trigger=round-robin"], "--trigger says whom the CUs plan"),
+        (["crossing", "--set", "initial=unknown", "--semantics", "ignore-loss"], "loss_handling=ignore needs initial"),
+        (["crossing", "--loss", "some"], "there is no loss model 'some'"),
+        (["crossing", "--loss", "iid:2"], "is a probability"),
+        (["crossing", "--loss", "burst:0.1"], "must have the form burst:P_ENTER,P_LEAVE"),
+        (["crossing", "--loss", "jam:-1,2"], "must be a whole number of rounds"),
+        (["crossing", "--loss", "script:nowhere.json"], "nowhere.json"),
+        (["crossing", "--loss", "exhaustive"], "needs a number of rounds from 1 to 20"),
+        (["crossing", "--loss", "exhaustive:0"], "needs a number of rounds from 1 to 20"),
+        (["crossing", "--loss", "exhaustive:2", "--rounds", "2"], "--rounds does not go with --loss exhaustive"),
+        (["circle", "--loss", "exhaustive:2"], "every loss pattern of 16 UAVs and 2 CUs is out of reach"),
+        (["crossing", "--height", "3"], "--height"),
+        ([], "SCENARIO"),
+    ],
+)
+def test_bad_options(arguments: list[str], says: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """What cannot be is said in one sentence, without a traceback, before anything is flown."""
+    assert says in sentence(capsys, *arguments)
+
+
+@pytest.mark.parametrize("option", ["--json", "--report"])
+def test_what_cannot_be_written_is_said_first(
+    option: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A file or folder that cannot be written is one sentence, and nothing is flown before it is said."""
+    (tmp_path / "file").write_text("", encoding="utf-8")
+
+    def fly(*arguments: object) -> None:
+        raise AssertionError("it was flown")
+
+    monkeypatch.setattr(command, "fly", fly)
+    monkeypatch.setattr(command, "explore_flights", fly)
+    target = str(tmp_path / "file" / "there")
+    for rest in ([], ["--loss", "exhaustive:1"]):
+        assert f"cannot write {'to ' if option == '--report' else ''}{target}" in sentence(
+            capsys, "crossing", option, target, *rest
+        )
+    if option == "--json":
+        assert "cannot write" in sentence(capsys, "crossing", option, str(tmp_path))
+
+
+# Interruption
+
+
+def _interrupted_at(k: int) -> Callable[..., LossModel]:
+    """Return what stands for `parse`: everything arrives, until somebody presses Ctrl-C in round k."""
+
+    class Interrupting:
+        def losses(self, at: int) -> Losses:
+            if at == k:
+                raise KeyboardInterrupt
+            return nothing_lost(2, 2)
+
+    return lambda *arguments: Interrupting()
+
+
+def test_an_interrupted_flight_tells_what_was_flown(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Interrupted, a flight is told as far as it went."""
+    whole = document(capsys, [*FINE[:3], "4"], 0)
+    monkeypatch.setattr(command, "parse", _interrupted_at(4))
+    content = document(capsys, ["fly", "crossing", "--rounds", "30"], 0)
+    assert _timeless(content) == _timeless(whole)
+    assert main(["fly", "crossing", "--rounds", "30"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "interrupted after 4 of 30 rounds; what follows is about these" in said
+    assert "This flight only: 4 rounds" in said
+
+
+def test_a_flight_interrupted_at_once_says_so(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Without a round, there is nothing to tell but that."""
+    monkeypatch.setattr(command, "parse", _interrupted_at(0))
+    assert main(FINE) == INTERRUPTED
+    captured = capsys.readouterr()
+    assert captured.err.strip() == "swarmproof: interrupted"
+    assert captured.out == ""
+
+
+def _explore_interrupted_in(k: int) -> Callable[..., Exhaustive]:
+    """Return what stands for `explore_flights`: somebody presses Ctrl-C in round k."""
+
+    def explore(setting: Setting, rounds: int, tell: object) -> Exhaustive:
+        def interrupt(at: int, done: int, size: int) -> None:
+            if at == k:
+                raise KeyboardInterrupt
+
+        return explore_flights(setting, rounds, interrupt)
+
+    return explore
+
+
+def test_interrupted_patterns_are_undecided(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Interrupted, the claims are undecided, with their own exit code, unless they are violated already."""
+    monkeypatch.setattr(command, "explore_flights", _explore_interrupted_in(2))
+    arguments = ["fly", "crossing", "--loss", "exhaustive:4"]
+    content = document(capsys, arguments, 3)
+    assert set(verdicts(content).values()) == {"undecided"}
+    assert content["patterns"]["stopped"] == "interrupted"
+    assert content["patterns"]["covered"] == 2**20
+    assert main(arguments) == 3
+    assert "Not finished: interrupted." in " ".join(capsys.readouterr().out.split())
+    violated = document(capsys, [*arguments, "--semantics", "ignore-loss"], 1)
+    assert set(verdicts(violated).values()) == {"undecided", "violated"}
+
+
+def test_patterns_interrupted_at_once(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Interrupted before anything was flown, that is said, and the document is still JSON."""
+    monkeypatch.setattr(command, "explore_flights", _explore_interrupted_in(0))
+    arguments = ["fly", "crossing", "--loss", "exhaustive:4"]
+    content = document(capsys, arguments, 3)
+    assert content["patterns"]["covered"] == 0
+    assert main(arguments) == 3
+
+
+def test_patterns_of_an_unknown_start(capsys: pytest.CaptureFixture[str]) -> None:
+    """With `initial=unknown` all trackers are deprecated at first; the document is JSON all the same."""
+    arguments = ["fly", "crossing", "--loss", "exhaustive:1", "--set", "initial=unknown"]
+    content = document(capsys, arguments, 0)
+    assert content["patterns"]["covered"] == 2**10
+    assert main(arguments) == 0
