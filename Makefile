@@ -12,7 +12,7 @@ verify: $(VENV)/.installed
 	$(BIN)/swarmproof verify --matrix --report out/verify $(ARGS)
 
 test: $(VENV)/.installed
-	$(BIN)/python -m pytest -m "not deep" $(ARGS)
+	$(BIN)/python -m pytest -m "not deep" -n auto --dist worksteal $(ARGS)
 
 # Δd_min,cont around the published parameters, with certificates; a second run only checks them. (26) fails for some: 1.
 margins: $(VENV)/.installed
@@ -34,7 +34,7 @@ bench: $(VENV)/.installed
 
 # exhaustive cross-checks of the engine against brute force; minutes
 deep: $(VENV)/.installed
-	$(BIN)/python -m pytest -m deep $(ARGS)
+	$(BIN)/python -m pytest -m deep -n auto --dist worksteal $(ARGS)
 
 lint: $(VENV)/.installed-dev
 	$(BIN)/ruff check .
@@ -63,11 +63,11 @@ $(VENV)/bin/python:
 	  PYTHONPATH=.bootstrap $(PYTHON) -m virtualenv --quiet $(VENV); }
 
 $(VENV)/.installed: pyproject.toml constraints.txt | $(VENV)/bin/python
-	$(PIP) --editable '.[bench,plots]'
+	$(PIP) --editable '.[bench,plots,test]'
 	touch $@
 
 $(VENV)/.installed-dev: $(VENV)/.installed
-	$(PIP) --editable '.[bench,dev,plots]'
+	$(PIP) --editable '.[bench,dev,plots,test]'
 	touch $@
 
 clean:

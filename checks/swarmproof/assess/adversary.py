@@ -2,7 +2,7 @@
 
 A pattern is a few losses: what one receiver misses, from which round on and for how long. It is the better, the smaller
 the distance of two references gets in its flight, at any time. Promises (see :mod:`swarmproof.assess.refly`) give the
-search a slope where CUs still repair what losses have broken; the smallest one is tried before anything else.
+search a slope where CUs still repair what losses have broken: what promises most is flown at once.
 """
 
 from __future__ import annotations
@@ -66,6 +66,14 @@ class _Search:
         self._count(self.best)
 
     def _try(self, pattern: Pattern) -> None:
+        """Fly a pattern, and then what is promised, if that is better than all so far."""
+        self._fly(pattern)
+        if self._promising.promise.distance < self.best.distance:
+            promised = self.flights.promised(self._promising)
+            self._promising = self.best
+            self._fly(self._pattern(promised))
+
+    def _fly(self, pattern: Pattern) -> None:
         """Fly a pattern, if it is a new one and the budget allows it."""
         if pattern not in self._worth and self.evaluated < self._budget:
             self._count(self.flights.fly(pattern, [self._lossless, self.best]))
@@ -107,23 +115,21 @@ class _Search:
         flight()
 
     def refine(self) -> None:
-        """Try what is promised, else a change of the best pattern; leave as much of the budget as simplifying needs."""
+        """Change the best pattern again and again; leave as much of the budget as simplifying needs."""
         idle = 0
         while self.evaluated + len(self.best.pattern) + bool(self.best.pattern) < self._budget and idle < STUCK:
-            pattern = self._pattern(self.flights.promised(self._promising))
-            if self._promising.promise.distance >= self.best.distance or pattern in self._worth:
-                pattern = self._changed()
-            idle = idle + 1 if pattern in self._worth else 0
-            self._try(pattern)
+            before_it = self.evaluated
+            self._try(self._changed())
+            idle = idle + 1 if self.evaluated == before_it else 0
 
     def simplify(self) -> None:
         """Leave out what comes too late, and every loss without which the UAVs come as close."""
         # what is missed in a round changes what is flown in the next one
-        self._try(before(self.best.pattern, self.best.nearest))
+        self._fly(before(self.best.pattern, self.best.nearest))
         while True:
             pattern = self.best.pattern
             for loss in pattern:
-                self._try(tuple(other for other in self.best.pattern if other != loss))
+                self._fly(tuple(other for other in self.best.pattern if other != loss))
             if self.best.pattern == pattern:
                 return
 

@@ -46,11 +46,11 @@ LARGEST = 2.0**50
 ROUNDING, ROUNDING_OF_SPLIT = 24, 16
 _U = 2.0**-53
 #: How wide an enclosure may be, relative to its upper end: the one of the closest approach, and those in a plot.
-WIDTH, WIDTH_OF_STEP = 1e-9, 1e-2
+WIDTH, WIDTH_OF_STEP = 1e-9, 1e-6
 #: How often a part is split at most. From the 24th split on, parts are halved.
 DEPTH, HALVED_FROM = 52, 24
 #: The same for a plot, where a band may be wider.
-DEPTH_OF_STEP = 6
+DEPTH_OF_STEP = 12
 #: How often a part is halved in exact arithmetic before a question stays open.
 EXACT_DEPTH = 64
 #: How many pieces (a pair in a step) are looked at together: as many as fit into a cache.

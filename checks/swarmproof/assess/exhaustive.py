@@ -20,7 +20,7 @@ import numpy as np
 from swarmproof.adapters.mlr import observe
 from swarmproof.assess.between import at_least, closest
 from swarmproof.assess.chain import explain
-from swarmproof.assess.judge import Counts, Smallest
+from swarmproof.assess.judge import Counts, Smallest, where
 from swarmproof.assess.observing import View, observe_round, reference_pieces
 from swarmproof.assess.remember import Remembering
 from swarmproof.assess.run import Setting
@@ -234,7 +234,7 @@ class _Search:
         broken = self._broken.get(claim.id)
         if broken is not None:
             reached, first, approach = broken
-            why = "".join(f"CU {w}: " for w in first.cus) + first.why
+            why = where(first) + first.why
             cause = reached.rounds()
             chain = () if approach is None else tuple(explain(self._lattice, cause, approach))
             return Decided(claim, Verdict.VIOLATED, why, reached.state.k, reached.lost, cause, chain)

@@ -129,6 +129,13 @@ class Flown:
         return any(judged.verdict is FlightVerdict.VIOLATED for judged in self.claims)
 
 
+def where(broken: Broken) -> str:
+    """Return the CUs at which a claim is broken, to begin a sentence with; empty if it is about none."""
+    if not broken.cus:
+        return ""
+    return f"{'CU' if len(broken.cus) == 1 else 'CUs'} {' and '.join(str(w) for w in broken.cus)}: "
+
+
 class Judge:
     """Watches the rounds of one flight, in order."""
 
@@ -224,7 +231,7 @@ class Judge:
         tally = self._tallies.get(claim.id)
         if tally is None:
             return Judged(claim, FlightVerdict.NOT_VIOLATED, "")
-        cus = "".join(f"CU {w}: " for w in tally.first.cus)
+        cus = where(tally.first)
         return Judged(
             claim, FlightVerdict.VIOLATED, cus + tally.first.why, tally.rounds, tally.lost, tally.times, tally.chain
         )

@@ -57,7 +57,9 @@ class Separation:
             answer = at_least(pieces, self._square)
         # only now, when nothing takes long any more: an interruption must not lose pieces that are not bounded yet
         self._waiting.clear()
-        self.band.append(np.sqrt(np.maximum(np.stack([lower, upper], axis=1), 0.0)) * self._unit)
+        # three roundings: of the root, of the unit, of the product; made up for in the bounds' directions
+        outward = np.array([1 - 2.0**-50, 1 + 2.0**-50])
+        self.band.append(np.sqrt(np.maximum(np.stack([lower, upper], axis=1), 0.0)) * self._unit * outward)
         if self._closest is None or found.lower < self._closest.lower:
             self._closest, self._closest_step = found, self._steps + found.step
         self._at_least = answer if answer is not True else self._at_least

@@ -58,6 +58,7 @@ class Model:
     and jerks: 12H values.
 
     Attributes:
+        band: weight of the soft constraint, relative to the largest weight of (13a).
         theta_inverse: Θ⁻¹; `scaled_unit`, `d_hat`: the unit of scaled positions and d̂_min, in m.
         basis: how the coordinates of one axis change its jerks, shape (H, H − 2).
         to_samples: its positions at samples 1 … h_c, shape (h_c, H − 2).
@@ -81,7 +82,10 @@ class Model:
         velocities = lattice.velocity_from_jerks[1:] * per_unit[1]
         accelerations = lattice.acceleration_from_jerks[1:] * per_unit[2]
         bounded = np.concatenate([samples[m - 1 :: m], velocities, accelerations, np.eye(horizon)])
-        cost = np.repeat([weights.position, weights.speed, weights.acceleration, weights.jerk], horizon)[:, None]
+        smooth = np.array([weights.position, weights.speed, weights.acceleration, weights.jerk])
+        # only ratios matter, and the solver's tolerances are meant for weights of about 1
+        self.band = weights.band / smooth.max()
+        cost = np.repeat(smooth / smooth.max(), horizon)[:, None]
         hessian = 2 * bounded.T @ (cost * bounded)
         free = np.linalg.svd(np.stack([velocities[-1], accelerations[-1]]))[2][2:].T
         self.basis = free @ np.linalg.inv(np.linalg.cholesky(free.T @ hessian @ free)).T

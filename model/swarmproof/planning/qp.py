@@ -18,12 +18,12 @@ from swarmproof.planning.solvers import QuadraticProgram, Solver, Status
 MOST_SOLVES = 40
 #: m, m/s, …. Rows to which the old trajectory comes so close are shown to the solver from the beginning; so are bands
 #: that it comes so close to (m). Only the time to the answer depends on these, not the answer.
-NEAR, NEAR_BAND = 0.05, 0.1
+NEAR, NEAR_BAND = 0.05, 0.05
 #: The first answer, which knows few rows, goes too far: of those it breaks, the ones are added that it breaks already
 #: after this share of the way from the old trajectory to it.
 FIRST_SHARE = 0.3
-#: What is larger is no answer: |y|² is at most twice what the plan can cost, each ε_j at most its band's width in m.
-BEYOND = 1e12
+#: What is larger is no answer, whatever the weights are (½|y|² is some cost), and would overflow.
+BEYOND = 1e100
 
 Booleans = NDArray[np.bool_]
 
@@ -94,7 +94,7 @@ class LazyProgram:
         offsets[:horizon] -= task.target
         self._gradient = (model.gradients @ offsets).T.ravel()
         self._old_jerks = self._rows.bounded[3 * horizon :]
-        self._band_weights = model.weights.band * np.exp(rightness(task, model.lattice))
+        self._band_weights = model.band * np.exp(rightness(task, model.lattice))
 
     def solve(self, solver: Solver, demands: Floats) -> tuple[Status, Floats]:
         """Return the solver's last verdict and the jerks in m/s³, shape (3H,), axis by axis; nan if there are none.
@@ -142,8 +142,7 @@ class LazyProgram:
         bands = np.flatnonzero(banded)
         size = coordinates + len(bands)
         weights = self._band_weights[bands]
-        P = np.eye(size, order="F")
-        P[range(coordinates, size), range(coordinates, size)] = weights
+        P = np.diag(np.concatenate([np.ones(coordinates), weights])).T
         c = np.concatenate([self._gradient, -width * weights])
         # of a banded neighbour's planes at the last sample, all are rows, and ε relaxes them
         trajectories = np.flatnonzero(banded[self._rows.owner])
@@ -154,7 +153,8 @@ class LazyProgram:
         G = np.zeros((len(rows), size), order="F")
         G[:, :coordinates] = self._rows.chosen(rows)
         G[np.searchsorted(rows, soft), coordinates + np.searchsorted(bands, self._rows.owner[trajectories])] = 1
-        low, high = np.zeros(size), np.full(size, width)
-        low[:coordinates], high[:coordinates] = -np.inf, np.inf
+        unbounded = np.full(coordinates, np.inf)
+        low = np.concatenate([-unbounded, np.zeros(len(bands))])
+        high = np.concatenate([unbounded, np.full(len(bands), width)])
         A, b = np.empty((0, size), order="F"), np.empty(0)
         return QuadraticProgram(P, c, A, b, G, self.room[rows] - demands[rows], low, high)
