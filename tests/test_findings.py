@@ -51,7 +51,7 @@ SHOWN = {
         0,
         "largest T_c with the corrected (26) certified: 0.05 s; refuted by a witness at 1/15 (≈ 0.0666667) s",
     ),
-    "swarmproof fly circle --cus 3 --semantics printed --loss iid:0.05 --seed 8 --rounds 150": (1, "eq-2 violated"),
+    "swarmproof fly circle --cus 3 --semantics printed --loss iid:0.05 --seed 26 --rounds 150": (1, "eq-2 violated"),
     "swarmproof fly circle --cus 3 --loss jam:3,10 --semantics ignore-loss": (1, "eq-2 violated"),
     "swarmproof fly circle --cus 3 --loss jam:3,10": (0, "circle, 16 UAVs, 3 CUs, 300 rounds: no claim violated"),
     "swarmproof fly crossing --loss exhaustive:4": (0, "tracked-separation holds-for-these-rounds"),
