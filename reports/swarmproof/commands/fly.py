@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ from swarmproof.assess.log import Log
 from swarmproof.assess.run import Setting, fly
 from swarmproof.channel.losses import FORMS, LossModel, Recorded, parse
 from swarmproof.channel.script import write_script
+from swarmproof.commands.options import whole_number, write_json
 from swarmproof.flight.state import Round
 from swarmproof.planning.trigger import Trigger
 from swarmproof.report import flight_page, flight_words
@@ -52,7 +52,7 @@ def add_parser(commands: Any) -> None:
     )
     parser.set_defaults(run=run)
     parser.add_argument("scenario", metavar="SCENARIO", help=f"a TOML file, or one of {', '.join(SHIPPED)}")
-    parser.add_argument("--cus", type=_number, default=2, metavar="M", help="number of compute units (default 2)")
+    parser.add_argument("--cus", type=whole_number, default=2, metavar="M", help="number of compute units (default 2)")
     parser.add_argument("--trigger", default="HT", metavar="T", help=f"{', '.join(Trigger)} (default HT)")
     parser.add_argument(
         "--loss", default="none", metavar="SPEC", help=f"{', '.join([*FORMS, *SEARCHES])} (default none)"
@@ -67,16 +67,12 @@ def add_parser(commands: Any) -> None:
         metavar="NAME=VALUE",
         help="change a switch, or a parameter of the scenario",
     )
-    parser.add_argument("--seed", type=_number, default=0, metavar="S", help="of everything random (default 0)")
-    parser.add_argument("--rounds", type=_number, metavar="K", help="length of the flight (default: the scenario's)")
+    parser.add_argument("--seed", type=whole_number, default=0, metavar="S", help="of everything random (default 0)")
+    parser.add_argument(
+        "--rounds", type=whole_number, metavar="K", help="length of the flight (default: the scenario's)"
+    )
     parser.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard output")
     parser.add_argument("--report", metavar="DIR", help="write a page with pictures into this folder")
-
-
-def _number(text: str) -> int:
-    if not text.isdecimal() or len(text) > 9:
-        raise argparse.ArgumentTypeError(f"{text!r} is no whole number of at least 0")
-    return int(text)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -139,7 +135,7 @@ def _one_flight(
         console.print(f"interrupted after {flown.rounds} of {rounds} rounds; what follows is about these")
     if folder is not None:
         flight_page.write_flight(folder, setting, options.loss, flown, log)
-    _write_json(options.json, flight_words.document(setting, flown, seconds))
+    write_json(options.json, flight_words.document(setting, flown, seconds))
     _print(console, flight_words.headline(setting, flown), flown.claims)
     for line in flight_words.summary(flown):
         console.print(escape(line), soft_wrap=True)
@@ -159,7 +155,7 @@ def _every_pattern(
         )
     if folder is not None:
         write_patterns(folder, setting, rounds, found)
-    _write_json(options.json, flight_words.patterns_document(setting, rounds, found))
+    write_json(options.json, flight_words.patterns_document(setting, rounds, found))
     _print(console, flight_words.patterns_headline(setting, rounds, found), found.claims)
     for line in flight_words.patterns_summary(found):
         console.print(escape(line), soft_wrap=True)
@@ -210,18 +206,6 @@ def _split(texts: Iterable[str]) -> tuple[list[str], list[str]]:
             raise BadInput("--set event_trigger does not go with flights, in which --trigger says whom the CUs plan")
         (switches if name in SWITCHES else changes).append(text)
     return switches, changes
-
-
-def _write_json(target: str | None, text: str) -> None:
-    if target is None:
-        return
-    if target == "-":
-        sys.stdout.write(text)
-        return
-    try:
-        Path(target).write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise BadInput(f"cannot write {target}: {error.strerror}; give a file that can be written, or -") from None
 
 
 def _print(console: Console, headline: str, claims: Iterable[Judged | Decided]) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.status import Status
 from rich.table import Table
 
+from swarmproof.commands.options import whole_number, write_json
 from swarmproof.margin.bounds import Margin, from_certificate, margin
 from swarmproof.margin.check import Rejected
 from swarmproof.margin.problem import Problem
@@ -61,14 +61,10 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--sweep", action="append", default=[], metavar="NAME=V1:V2:…", help="vary a parameter (or reading); repeatable"
     )
-    parser.add_argument("--changes", type=_count, metavar="K", help="of a sweep, only sets with at most K changes")
+    parser.add_argument(
+        "--changes", type=whole_number, metavar="K", help="of a sweep, only sets with at most K changes"
+    )
     parser.add_argument("--results", metavar="DIR", help="certificates of a sweep; a later run goes on from there")
-
-
-def _count(text: str) -> int:
-    if not text.isdecimal() or len(text) > 9:
-        raise argparse.ArgumentTypeError(f"{text!r} is no whole number of at least 0")
-    return int(text)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -100,7 +96,7 @@ def run(options: argparse.Namespace) -> int:
         write(shown, Path(options.certificate))
     if options.plot is not None:
         margin_plot.plot_margin(shown, Path(options.plot))
-    _write_json(options.json, margin_words.document(found, extreme))
+    write_json(options.json, _text(margin_words.document(found, extreme)))
     _print(console, found, extreme)
     return _CODES[_truth(found)] if extreme is None else _solved(extreme)
 
@@ -140,17 +136,8 @@ def _solved(extreme: Extreme) -> int:
     return 3 if extreme.undecided or extreme.refuted is None else 1
 
 
-def _write_json(target: str | None, content: object) -> None:
-    if target is None:
-        return
-    text = json.dumps(content, indent=1, ensure_ascii=False) + "\n"
-    if target == "-":
-        sys.stdout.write(text)
-        return
-    try:
-        Path(target).write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise BadInput(f"cannot write {target}: {error.strerror}; give a file that can be written, or -") from None
+def _text(content: object) -> str:
+    return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
 
 
 def _print(console: Console, found: Margin, extreme: Extreme | None) -> None:
@@ -190,7 +177,7 @@ def _check(options: argparse.Namespace, console: Console) -> int:
         console.print(f"[red]rejected[/red]: {escape(str(rejected))}", soft_wrap=True)
         return 1
     _claim(options)
-    _write_json(options.json, margin_words.document(found))
+    write_json(options.json, _text(margin_words.document(found)))
     console.print("[green]accepted[/green]: every number of the certificate was checked in exact arithmetic")
     _print(console, found, None)
     return 0
@@ -223,7 +210,7 @@ def _sweep(options: argparse.Namespace, base: Parameters, reading: Reading, cons
     if options.plot is not None:
         margin_plot.plot_sweep(results, [axis.name for axis in axes], Path(options.plot))
     documents = [margin_words.document(found) for found in results]
-    _write_json(options.json, {"schema": "swarmproof.margin-sweep/1", "sets": documents})
+    write_json(options.json, _text({"schema": "swarmproof.margin-sweep/1", "sets": documents}))
     _print_sweep(console, results)
     if folder is not None:
         console.print(f"Certificates: {escape(str(folder))}", soft_wrap=True)
