@@ -167,8 +167,4 @@ def _sum(terms: Sequence[Term], known: Mapping[str, Condition]) -> Polynomial:
 def _positive(each: Term, known: Mapping[str, Condition]) -> bool:
     """Say whether a term is surely positive where the hypotheses hold."""
     square = each.squared.terms
-    return (
-        each.factor > 0
-        and set(square) == {()}
-        and all(known[name].sign is Sign.ABOVE for name in each.hypotheses)
-    )
+    return each.factor > 0 and set(square) == {()} and all(known[name].sign is Sign.ABOVE for name in each.hypotheses)

@@ -92,22 +92,23 @@ def decide_step(step: Step) -> Covered | Line | None:
 
 
 def _cover(step: Step) -> Covered:
-    """Return the cover that always takes the given range which begins in time and ends last."""
+    """Return the cover that always takes the given range which begins in time and ends last, and rest if it helps."""
     names: list[str] = []
     cursor = step.needed.first
     while True:
-        reaching = [
-            each
-            for each in step.given
-            if each.first.never_after(cursor, step.least_horizon) and cursor.never_after(each.last, step.least_horizon)
+        begun = [
+            each for each in step.given if each.name not in names and each.first.never_after(cursor, step.least_horizon)
         ]
+        # a range of which nothing may be left for small H is of no use but for its last sample, at rest
+        until_rest = [each for each in begun if step.rest and step.rest.never_after(each.last, step.least_horizon)]
+        if until_rest:
+            return Covered((*names, until_rest[0].name), at_rest=True)
+        reaching = [each for each in begun if cursor.plus(-1).never_after(each.last, step.least_horizon)]
         if not reaching:
-            break
+            return Covered(tuple(names), at_rest=False)
         best = max(reaching, key=lambda each: (each.last.b, each.last.a))
         names.append(best.name)
         cursor = best.last.plus(1)
-    plain = Covered(tuple(names), at_rest=False)
-    return plain if plain.fault(step) is None else Covered(tuple(names), at_rest=True)
 
 
 def _line(step: Step, horizon: int) -> Line:

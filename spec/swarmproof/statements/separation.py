@@ -17,7 +17,9 @@ D_POSITIVE, LENGTH, NOT_ZERO, EQ_20 = "d > 0", "l is the length of n_ij", "n_ij 
 OF_I, OF_J = "(15) for i", "(15) for j"
 
 
-def plane(name: str, own: Vector, other: Vector, new: Vector, halfway: bool, tolerance: Polynomial | Number = 0) -> Condition:
+def plane(
+    name: str, own: Vector, other: Vector, new: Vector, halfway: bool, tolerance: Polynomial | Number = 0
+) -> Condition:
     """Return constraint (15), multiplied by ‖n‖ = `L`, for a UAV that moves from its trajectory `own` to `new`.
 
     Args:
@@ -49,16 +51,23 @@ GROUND = (above(D_POSITIVE, D), length(), above(NOT_ZERO, L))
 ASSUME_20 = apart(EQ_20, I_OLD, J_OLD)
 
 
-def both_new(i_halfway: bool = True, j_halfway: bool = True) -> Statement:
-    """Return Corollary 1 at one sample; `i_halfway`: UAV i's planner knows that j is in A_ET(k)."""
-    planes = (plane(OF_I, I_OLD, J_OLD, I_NEW, i_halfway), plane(OF_J, J_OLD, I_OLD, J_NEW, j_halfway))
+def both_new(i_halfway: bool = True, j_halfway: bool = True, tolerance: Polynomial | Number = 0) -> Statement:
+    """Return Corollary 1 at one sample; `i_halfway`: UAV i's planner takes j to be in A_ET(k), and the other way round.
+
+    `tolerance`: as in :func:`plane`, for both planes.
+    """
+    planes = (
+        plane(OF_I, I_OLD, J_OLD, I_NEW, i_halfway, tolerance),
+        plane(OF_J, J_OLD, I_OLD, J_NEW, j_halfway, tolerance),
+    )
     return Statement((*GROUND, *planes), apart("(16)", I_NEW, J_NEW))
 
 
-def one_new(halfway: bool, assume_20: bool) -> Statement:
+def one_new(halfway: bool, assume_20: bool, tolerance: Polynomial | Number = 0) -> Statement:
     """Return Lemma 3 at one sample, for an entry of D_j(k) that j may still fly; `halfway`: j is in A_ET(k)."""
     known = (ASSUME_20,) if assume_20 else ()
-    return Statement((*GROUND, plane(OF_I, I_OLD, J_OLD, I_NEW, halfway), *known), apart("(17)", I_NEW, J_OLD))
+    own = plane(OF_I, I_OLD, J_OLD, I_NEW, halfway, tolerance)
+    return Statement((*GROUND, own, *known), apart("(17)", I_NEW, J_OLD))
 
 
 def both_old(assume_20: bool) -> Statement:

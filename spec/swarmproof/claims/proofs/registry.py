@@ -1,5 +1,30 @@
-"""All claims about the proofs."""
-from swarmproof.claims.proofs import separation
+"""All claims about the proofs, in the order of the paper: one sample, all pairs, the sample grid."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from swarmproof.claims.proofs import pairs, samples, separation
+from swarmproof.semantics.switches import BadInput
 from swarmproof.statements.claim import ProofClaim
 
-PROOF_CLAIMS: tuple[ProofClaim, ...] = (*separation.CLAIMS,)
+PROOF_CLAIMS: tuple[ProofClaim, ...] = (*separation.CLAIMS, *pairs.CLAIMS, *samples.CLAIMS)
+
+
+def select_proof_claims(ids: Sequence[str]) -> tuple[ProofClaim, ...]:
+    """Return the claims with these ids (``lemma-3``: both readings) or keys (``lemma-3/printed``), in order.
+
+    All claims if `ids` is empty.
+
+    Raises:
+        BadInput: there is no such claim.
+    """
+    known = list(dict.fromkeys(claim.id for claim in PROOF_CLAIMS))
+    names = {*known, *(claim.key for claim in PROOF_CLAIMS)}
+    for name in ids:
+        if name not in names:
+            raise BadInput(
+                f"the proofs have no claim {name!r}: choose among {', '.join(known)}, or one reading, as in "
+                "lemma-3/printed"
+            )
+    return tuple(claim for claim in PROOF_CLAIMS if not ids or claim.id in ids or claim.key in ids)
