@@ -89,8 +89,8 @@ class Budget:
 class WindowProver:
     """Proves lower bounds of the distance in one window."""
 
-    def __init__(self, problem: Problem, by_axis: list[Extremes], kinds: tuple[int, ...], window: int) -> None:
-        self._problem, self._extremes, self._kinds, self._window = problem, by_axis, kinds, window
+    def __init__(self, problem: Problem, by_kind: list[Extremes], kinds: tuple[int, ...], window: int) -> None:
+        self._problem, self._extremes, self._kinds, self._window = problem, by_kind, kinds, window
         self._whole = problem.period if problem.reading is Reading.AS_SAMPLED else 0.0
         self._reach = float(np.linalg.norm(problem.scaling, 2))
 

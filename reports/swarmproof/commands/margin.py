@@ -224,7 +224,7 @@ def _worst(truths: Iterable[Truth]) -> int:
 
 def _print_sweep(console: Console, results: Sequence[Margin]) -> None:
     table = Table(box=None, padding=(0, 1))
-    for name in ("reading", "changed", "Δd_min,cont (m)", "width", "(26)"):
+    for name in ("reading", "changed", "Δd_min,cont (m)", "width", "printed", "corrected"):
         table.add_column(name, no_wrap=name != "changed", overflow="fold")
     for found in results:
         given = found.problem.parameters
