@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from importlib.metadata import version
 from typing import NoReturn
 
-from swarmproof.commands import claims, fly, margin, replay, verify
+from swarmproof.commands import audit, claims, fly, margin, replay, verify
 from swarmproof.semantics.switches import BadInput
 
 BAD_INPUT = 2
@@ -27,13 +27,13 @@ def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="swarmproof",
         description="Checks whether a distributed swarm controller is as safe as its paper says.",
-        epilog="Exit codes: 0 well, 1 some claim violated (--matrix: some verdict changed; margin: (26) fails), "
+        epilog="Exit codes: 0 well, 1 some claim violated (--matrix, audit: some verdict changed; margin: (26) fails), "
         "2 bad input, 3 undecided.",
         allow_abbrev=False,
     )
     parser.add_argument("--version", action="version", version=f"swarmproof {version('swarmproof')}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for command in (verify, fly, margin, claims, replay):
+    for command in (verify, fly, margin, audit, claims, replay):
         command.add_parser(commands)
     return parser
 

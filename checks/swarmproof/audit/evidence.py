@@ -88,6 +88,8 @@ class Vectors:
         for name in sorted({name for condition in conditions for name in condition.value.variables}):
             if name not in self.values:
                 return f"no value for {name}"
+        if inexact := _inexact(self.values):
+            return inexact
         for hypothesis in statement.hypotheses:
             if not hypothesis.holds(self.values):
                 return f"the hypothesis {hypothesis.name!r} does not hold"
@@ -103,6 +105,8 @@ class Candidate:
 
     def fault(self, problem: Solvable) -> str | None:
         """Return why this does not prove `problem` solvable; None if it does."""
+        if any(hypothesis.value.variables & set(problem.unknowns) for hypothesis in problem.hypotheses):
+            return "a hypothesis speaks of the unknowns"
         if set(self.choice) != set(problem.unknowns):
             return "the choice is not one of the unknowns"
         if any(chosen.variables & set(problem.unknowns) for chosen in self.choice.values()):
@@ -125,6 +129,8 @@ class Unsolvable:
 
     def fault(self, problem: Solvable) -> str | None:
         """Return why this does not refute that `problem` is solvable; None if it does."""
+        if inexact := _inexact(self.values):
+            return inexact
         for hypothesis in problem.hypotheses:
             missing = hypothesis.value.variables - self.values.keys()
             if missing:
@@ -148,6 +154,11 @@ def contradiction_statement(problem: Solvable, values: Values) -> Statement:
 
 
 Evidence = Certificate | Vectors | Candidate | Unsolvable
+
+
+def _inexact(values: Values) -> str | None:
+    """Say which value is no fraction: whatever else is a number may be rounded."""
+    return next((f"{name} is no fraction" for name, value in values.items() if type(value) is not Fraction), None)
 
 
 def _sum(terms: Sequence[Term], known: Mapping[str, Condition]) -> Polynomial:

@@ -38,8 +38,14 @@ class Covered:
             return None if covered else f"samples after {cursor} may be left"
         if step.rest is None:
             return "rest is not assumed"
-        last = cursor.plus(-1)
-        return None if step.rest.never_after(last, step.least_horizon) else "the last given sample may be before rest"
+        if not self.names:
+            return "nothing is given at rest"
+        resting = given[self.names[-1]]
+        # the last sample of a range is given only if there is one, for every H
+        if not resting.first.never_after(resting.last, step.least_horizon):
+            return f"{resting.name} may be empty"
+        at_end = step.rest.never_after(resting.last, step.least_horizon)
+        return None if at_end else "the last given sample may be before rest"
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,8 +105,14 @@ def _cover(step: Step) -> Covered:
         begun = [
             each for each in step.given if each.name not in names and each.first.never_after(cursor, step.least_horizon)
         ]
-        # a range of which nothing may be left for small H is of no use but for its last sample, at rest
-        until_rest = [each for each in begun if step.rest and step.rest.never_after(each.last, step.least_horizon)]
+        # one sample at rest is enough
+        until_rest = [
+            each
+            for each in begun
+            if step.rest
+            and step.rest.never_after(each.last, step.least_horizon)
+            and each.first.never_after(each.last, step.least_horizon)
+        ]
         if until_rest:
             return Covered((*names, until_rest[0].name), at_rest=True)
         reaching = [each for each in begun if cursor.plus(-1).never_after(each.last, step.least_horizon)]

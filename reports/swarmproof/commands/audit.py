@@ -10,6 +10,7 @@ from typing import Any
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
+from swarmproof.report.audit_page import write_audit
 
 from swarmproof.audit.decide import Audited, audit
 from swarmproof.audit.table import UNDER_20, CellAudit, audit_cells
@@ -17,7 +18,6 @@ from swarmproof.claims.proofs.pairs import PAIRS
 from swarmproof.claims.proofs.registry import select_proof_claims
 from swarmproof.commands.options import write_json
 from swarmproof.report import audit_words
-from swarmproof.report.audit_page import write_audit
 from swarmproof.report.folder import claim_folder
 from swarmproof.statements.cells import ROLES
 from swarmproof.statements.claim import ProofVerdict
@@ -77,7 +77,9 @@ def _code(audited: Sequence[Audited]) -> int:
 
 
 def _print_pairs(console: Console, pairs: Sequence[CellAudit]) -> None:
-    table = Table(title="What two UAVs can fly in round k+1, and what says that they are d̂_min apart", title_justify="left")
+    table = Table(
+        title="What two UAVs can fly in round k+1, and which lemma says they are d̂_min apart", title_justify="left"
+    )
     for heading in ("i", "j", "lemma", "which assumes", "verdict"):
         table.add_column(heading, overflow="fold")
     for each in pairs:

@@ -7,10 +7,14 @@ from collections.abc import Sequence
 from typing import Any
 
 from rich.console import Console, Group
+from rich.markup import escape
 from rich.table import Table
 
 from swarmproof.claims.flight import FLIGHT_CLAIMS, FlightClaim
+from swarmproof.claims.proofs.registry import PROOF_CLAIMS
 from swarmproof.claims.registry import CLAIMS, Claim
+
+_STYLE: dict[str, Any] = {"show_lines": True, "title_justify": "left"}
 
 
 def add_parser(commands: Any) -> None:
@@ -26,12 +30,22 @@ def run(options: argparse.Namespace) -> int:
     protocol = _table("Claims about mlr-dmpc (DMPC-Swarm, Algorithms 1 and 2): verify, and fly on the way", CLAIMS)
     flights = _table("Claims about flown swarms (DMPC-Swarm, Section 4.3.2): fly", FLIGHT_CLAIMS)
     # at once: a reader who goes away after the first lines is no error
-    Console().print(Group(protocol, flights))
+    Console().print(Group(protocol, flights, _proofs()))
     return 0
 
 
+def _proofs() -> Table:
+    table = Table(title="Claims about the proofs (DMPC-Swarm, Section 4.3.2 and Appendix C): audit", **_STYLE)
+    for heading in ("id", "reading", "verdict", "claim", "place in the paper", "assumptions"):
+        table.add_column(heading, overflow="fold", no_wrap=heading in ("id", "verdict"))
+    for claim in PROOF_CLAIMS:
+        words = (escape(text) for text in (claim.wording, claim.place, claim.assumptions))
+        table.add_row(claim.id, claim.reading, claim.verdict, *words)
+    return table
+
+
 def _table(title: str, claims: Sequence[Claim | FlightClaim]) -> Table:
-    table = Table(title=title, show_lines=True, title_justify="left")
+    table = Table(title=title, **_STYLE)
     for heading in ("id", "claim", "place in the paper", "assumptions"):
         table.add_column(heading, overflow="fold", no_wrap=heading == "id")
     for claim in claims:

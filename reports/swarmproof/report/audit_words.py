@@ -6,9 +6,10 @@ import json
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
+from swarmproof.audit.script import identity, script
+
 from swarmproof.audit.decide import Answer, Audited, Shown
 from swarmproof.audit.evidence import Candidate, Certificate, Unsolvable, Vectors
-from swarmproof.audit.script import identity, script
 from swarmproof.audit.steps import Covered, Line
 from swarmproof.audit.table import CellAudit
 from swarmproof.statements.statement import Statement
@@ -17,11 +18,12 @@ SCHEMA = "swarmproof.audit/1"
 
 
 def evidence(audited: Audited) -> str:
-    """Return a claim with all that is known of its questions: numbers with a script for what is false, else the proof."""
+    """Return a claim with what is known of its questions: a script for each that is false, else the proof."""
     claim = audited.claim
     lines = [f"{claim.key}: {audited.verdict}", f"  {claim.wording}", f"  {claim.place}. {claim.assumptions}", ""]
     for answer in audited.answers:
-        lines += [f"  {answer.question}: {answer.verdict}", *(f"    {line}" for line in _shown(answer).splitlines()), ""]
+        shown = (f"    {line}" for line in _shown(answer).splitlines())
+        lines += [f"  {answer.question}: {answer.verdict}", *shown, ""]
     return "\n".join(lines)
 
 

@@ -31,7 +31,7 @@ class Time(NamedTuple):
 
 
 class Range(NamedTuple):
-    """Samples `first` … `last` of two trajectories of trackers, known or needed to be d̂_min apart; `name` says where."""
+    """Samples `first` … `last` at which two trajectories are known, or needed, to be d̂_min apart."""
 
     name: str
     first: Time

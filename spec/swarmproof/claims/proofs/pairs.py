@@ -31,8 +31,8 @@ CLAIMS: tuple[ProofClaim, ...] = (
         f"{_SAMES} (13f) for new trajectories; (18) for two UAVs that were not planned.",
         {cell.id: cell.statement(assume_20=cell.lemma is Lemma.LEMMA_4) for cell in cells()},
         ProofVerdict.FALSE,
-        "No lemma covers a planned UAV that missed its new trajectory, beside any other; and Lemma 3 is false for a UAV j "
-        "that is selected and not planned. In all of these, (20) is needed.",
+        "No lemma covers a planned UAV that missed its new trajectory, beside any other; and Lemma 3 is false for a "
+        "UAV j that is selected and not planned. In all of these, (20) is needed.",
     ),
     ProofClaim(
         PAIRS,

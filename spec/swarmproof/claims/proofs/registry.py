@@ -11,6 +11,11 @@ from swarmproof.statements.claim import ProofClaim
 PROOF_CLAIMS: tuple[ProofClaim, ...] = (*separation.CLAIMS, *pairs.CLAIMS, *samples.CLAIMS)
 
 
+def is_proof_claim(name: str) -> bool:
+    """Say whether `name` is the id or the key of a claim about the proofs."""
+    return any(name in (claim.id, claim.key) for claim in PROOF_CLAIMS)
+
+
 def select_proof_claims(ids: Sequence[str]) -> tuple[ProofClaim, ...]:
     """Return the claims with these ids (``lemma-3``: both readings) or keys (``lemma-3/printed``), in order.
 
@@ -19,12 +24,10 @@ def select_proof_claims(ids: Sequence[str]) -> tuple[ProofClaim, ...]:
     Raises:
         BadInput: there is no such claim.
     """
-    known = list(dict.fromkeys(claim.id for claim in PROOF_CLAIMS))
-    names = {*known, *(claim.key for claim in PROOF_CLAIMS)}
     for name in ids:
-        if name not in names:
+        if not is_proof_claim(name):
+            known = ", ".join(dict.fromkeys(claim.id for claim in PROOF_CLAIMS))
             raise BadInput(
-                f"the proofs have no claim {name!r}: choose among {', '.join(known)}, or one reading, as in "
-                "lemma-3/printed"
+                f"the proofs have no claim {name!r}: choose among {known}, or one reading, as in lemma-3/printed"
             )
     return tuple(claim for claim in PROOF_CLAIMS if not ids or claim.id in ids or claim.key in ids)

@@ -143,7 +143,7 @@ CLAIMS: tuple[ProofClaim, ...] = (
         _REST,
         _by_ratio(lambda m: Step((eq_20(m),), eq_18(m), rest(m))),
         _FALSE,
-        "Only for T = T_c. Otherwise (18) also wants the samples of round k after its first, of which (20) says nothing.",
+        "Only for T = T_c. Otherwise (18) also wants samples of round k, of which (20) says nothing.",
     ),
     ProofClaim(
         "lemma-4-hypothesis",

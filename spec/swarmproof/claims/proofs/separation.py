@@ -87,7 +87,7 @@ CLAIMS: tuple[ProofClaim, ...] = (
         f"{_SAMPLE} Both planners have the same trackers and the same A_ET(k), and n_ij ≠ 0.",
         {"both new": both_new()},
         _PROVED,
-        "It does not even need (20). The |D_j| = 1 of its proof is not true of all UAVs in A_ET(k), but of planned ones.",
+        "It does not even need (20). Its proof's |D_j| = 1 is not true of all UAVs in A_ET(k), but of planned ones.",
     ),
     ProofClaim(
         "equal-trackers",
@@ -117,8 +117,8 @@ CLAIMS: tuple[ProofClaim, ...] = (
         f"{_SAMPLE} The trackers are equal; (20) is not needed to refute it.",
         {"neither knows": both_new(False, False), "one does not know": both_new(True, False)},
         _FALSE,
-        "A planner that counts on the other's old trajectory leaves it no room: two UAVs can meet. It happens, since the "
-        "CUs need not compute the same set (claim same-selection of verify).",
+        "A planner that counts on the other's old trajectory leaves it no room: two UAVs can meet. It happens, since "
+        "the CUs need not compute the same set (claim same-selection of verify).",
     ),
     ProofClaim(
         "equal-selection",
@@ -155,8 +155,8 @@ CLAIMS: tuple[ProofClaim, ...] = (
     ProofClaim(
         "lemma-3-condition",
         _REPAIRED,
-        "(20) is the least condition: for each smaller distance of the old trajectories, (15) allows a plan that is too "
-        "close.",
+        "(20) is the least condition: for each smaller distance of the old trajectories, (15) allows a plan that is "
+        "too close.",
         _L3,
         f"{_SAMPLE} j is in A_ET(k); the old trajectories are v apart, 0 < v < d̂_min.",
         {"any distance below d": _too_close_without_20()},
