@@ -19,6 +19,7 @@ from swarmproof.planning import accept
 from swarmproof.planning.accept import broken_constraint, right_side, wrong_sides
 from swarmproof.planning.plan import Plan
 from swarmproof.planning.problem import Task
+from swarmproof.scenario.scenario import Tolerance
 
 F = Fraction
 SEEDS = st.integers(0, 2**32)
@@ -383,9 +384,9 @@ def count_calls(monkeypatch: pytest.MonkeyPatch) -> Callable[[], int]:
     """Return what says how often the exact test was asked."""
     calls = []
 
-    def counted(normal: Floats, apart: Floats, halfway: bool, units: Lattice) -> bool:
+    def counted(normal: Floats, apart: Floats, halfway: bool, units: Lattice, tolerance: Tolerance) -> bool:
         calls.append(1)
-        return right_side(normal, apart, halfway, units)
+        return right_side(normal, apart, halfway, units, tolerance)
 
     monkeypatch.setattr(accept, "right_side", counted)
     return lambda: len(calls)

@@ -17,6 +17,7 @@ from swarmproof.mlr.messages import HOVERING, Metadata, TrajectoryMessage
 from swarmproof.motion.lattice import Lattice
 from swarmproof.planning.accept import wrong_sides
 from swarmproof.planning.plan import Plan
+from swarmproof.scenario.scenario import EXACT
 
 
 def explain(lattice: Lattice, rounds: Iterable[Round], approach: Approach) -> list[str]:
@@ -123,7 +124,8 @@ def _plan(lattice: Lattice, attempt: Attempt, one: Name) -> list[str]:
     assert plan is not None
     apart = attempt.task.planes.others - plan.scaled_from(plan.start)
     nearest = np.sqrt((apart * apart).sum(axis=2).min()) * float(lattice.scaled_unit)
-    verdict = "which breaks (13f)" if len(wrong_sides(plan, attempt.task.planes)) else "as (13f) demands"
+    demanded = "as (13f) demands" if attempt.task.tolerance == EXACT else "as (13f) demands, but for the tolerance"
+    verdict = "which breaks (13f)" if len(wrong_sides(plan, attempt.task.planes)) else demanded
     return [
         f"Plan: in round {one[1].round}, CU {one[1].cu} plans UAV {one[0]}; to all trajectories that it knows of, the "
         f"new one keeps {nearest:.4f} m at all samples, {verdict}."

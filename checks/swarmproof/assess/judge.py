@@ -78,14 +78,16 @@ class _Tally:
 
 @dataclass
 class Counts:
-    """What became of the quadratic programs."""
+    """What became of the quadratic programs; `unsatisfied`: how many of them Theorem 1's candidate does not satisfy."""
 
     solved: int = 0
     rejected: int = 0
     infeasible: int = 0
+    unsatisfied: int = 0
 
     def count(self, planned: Planned) -> None:
         """Count one more."""
+        self.unsatisfied += not planned.feasible
         if planned.plan is not None:
             self.solved += 1
         elif planned.status is Status.INFEASIBLE:

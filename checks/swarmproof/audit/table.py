@@ -1,4 +1,4 @@
-"""The table of pairs: for any two trajectories that can be flown in round k + 1, which lemma covers them and what it needs."""
+"""The table of pairs: for any two trajectories that can be flown in round k + 1, the lemma that covers them."""
 
 from __future__ import annotations
 

@@ -195,7 +195,8 @@ class Flight:
             for j, tracker in enumerate(cu.trackers)
         ]
         others = {j: plans for j, plans in enumerate(held) if j != i}
-        task = Task(state.k, i, held[i][0], others, frozenset(cu.a_et or ()), outlook.targets[i])
+        selected, target = frozenset(cu.a_et or ()), outlook.targets[i]
+        task = Task(state.k, i, held[i][0], others, selected, target, self.scenario.tolerance)
         return Attempt(task, self._planner.plan(task))
 
     def learn(self, state: FlightState, computed: Computed, w: int, got: Reception) -> Knowledge:

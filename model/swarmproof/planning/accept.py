@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from swarmproof.motion.lattice import Floats, Lattice
 from swarmproof.planning.plan import Plan
+from swarmproof.scenario.scenario import EXACT, Tolerance
 
 Booleans = NDArray[np.bool_]
 
@@ -32,12 +33,18 @@ class Planes:
         normals: q of the other minus q of the UAV's own old trajectory, n_ij of eq. (14), the same shape.
         halfway: for which of the n trajectories the plane is midway between the UAVs (j ∈ A_ET(k) in eq. 15).
         owners: whose trajectory each of the n is.
+        tolerance: by how much they may be violated. A row with tolerance is one without, for a smaller d̂_min.
     """
 
     others: Floats
     normals: Floats
     halfway: Booleans
     owners: tuple[int, ...]
+    tolerance: Tolerance = EXACT
+
+    def asked(self, halfway: bool, lattice: Lattice) -> Fraction:
+        """Return the d̂_min (m) of the planes that are midway between UAVs, or of the others."""
+        return self.tolerance.asked(lattice.parameters.d_hat_min, halfway)
 
     @cached_property
     def squares(self) -> Floats:
@@ -72,7 +79,8 @@ def wrong_sides(plan: Plan, planes: Planes) -> NDArray[np.intp]:
     apart = planes.others - plan.scaled_from(plan.start)  # integers below 2⁵¹: exact
     products = planes.normals * apart
     dot = np.einsum("nhx->nh", products)
-    reach = planes.lengths * float(_square_root(lattice))
+    halfway, full = (float(planes.asked(halfway, lattice) / lattice.scaled_unit) for halfway in (True, False))
+    reach = planes.lengths * np.where(planes.halfway[:, None], halfway, full)
     right = np.where(planes.halfway[:, None], 0.5 * (reach + planes.squares), reach)
     # With u the unit roundoff: a sum of three rounded products is off by at most 3u(1+u)²·Σ|product|; `squares` has
     # relative error at most 3u(1+u)², its root at most 3u, d̂ as a float less than 2u, so `right` less than 9u in all.
@@ -84,7 +92,13 @@ def wrong_sides(plan: Plan, planes: Planes) -> NDArray[np.intp]:
     broken = [
         (trajectory, h)
         for trajectory, h in np.argwhere(~sure)
-        if not right_side(planes.normals[trajectory, h], apart[trajectory, h], planes.halfway[trajectory], lattice)
+        if not right_side(
+            planes.normals[trajectory, h],
+            apart[trajectory, h],
+            planes.halfway[trajectory],
+            lattice,
+            planes.tolerance,
+        )
     ]
     return np.array(broken, np.intp).reshape(-1, 2)
 
@@ -92,10 +106,11 @@ def wrong_sides(plan: Plan, planes: Planes) -> NDArray[np.intp]:
 def old_satisfies(old: Plan, start: int, planes: Planes) -> bool:
     """Decide exactly whether Theorem 1's candidate, `old` shifted to round `start`, satisfies (13) with its planes.
 
-    For the candidate, n of eq. (14) and Δ of (15) are the same: (15) says ‖n‖ ≥ d̂, whether halfway or not.
+    For the candidate, n of eq. (14) and Δ of (15) are the same: (15) says ‖n‖ ≥ d̂, whether halfway or not. With a
+    tolerance, d̂ depends on that; the larger one is enough for both.
     """
     lattice = old.lattice
-    enough = float(lattice.square(lattice.parameters.d_hat_min))
+    enough = float(lattice.square(max(planes.asked(halfway, lattice) for halfway in (True, False))))
     # the relative error of `squares` is at most 3u(1+u)², that of `enough` u, that of the product below another u
     if old.fault is None and (planes.squares >= enough * (1 + 8 * ROUNDOFF)).all():
         return True
@@ -103,16 +118,19 @@ def old_satisfies(old: Plan, start: int, planes: Planes) -> bool:
 
 
 def right_side(
-    normal: Sequence[float] | Floats, apart: Sequence[float] | Floats, halfway: bool, lattice: Lattice
+    normal: Sequence[float] | Floats,
+    apart: Sequence[float] | Floats,
+    halfway: bool,
+    lattice: Lattice,
+    tolerance: Tolerance = EXACT,
 ) -> bool:
-    """Decide one plane of eq. (15) exactly: nᵀΔ ≥ ½(d̂‖n‖ + ‖n‖²) if `halfway`, else nᵀΔ ≥ d̂‖n‖."""
+    """Decide one plane of eq. (15) exactly: nᵀΔ ≥ ½(d̂‖n‖ + ‖n‖²) if `halfway`, else nᵀΔ ≥ d̂‖n‖.
+
+    With ε the `tolerance` of such planes: nᵀΔ/‖n‖ may be smaller by ε.
+    """
     n, delta = [int(x) for x in normal], [int(x) for x in apart]
     dot, square = sum(a * b for a, b in zip(n, delta, strict=True)), sum(a * a for a in n)
     # both sides multiplied so that what is left is x ≥ d̂‖n‖ with an integer x
     left = 2 * dot - square if halfway else dot
-    return square > 0 and left >= 0 and left * left >= lattice.square(lattice.parameters.d_hat_min) * square
-
-
-def _square_root(lattice: Lattice) -> Fraction:
-    """Return d̂_min in scaled units."""
-    return lattice.parameters.d_hat_min / lattice.scaled_unit
+    asked = tolerance.asked(lattice.parameters.d_hat_min, halfway)
+    return square > 0 and left >= 0 and left * left >= lattice.square(asked) * square

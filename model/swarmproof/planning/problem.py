@@ -11,7 +11,7 @@ import numpy as np
 from swarmproof.motion.lattice import Floats, Lattice
 from swarmproof.planning.accept import Planes
 from swarmproof.planning.plan import Plan
-from swarmproof.scenario.scenario import Weights
+from swarmproof.scenario.scenario import EXACT, Tolerance, Weights
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +23,7 @@ class Task:
         others: D_jw(k) for the other UAVs j.
         selected: A_ET(k).
         target: where UAV i is to go, in m, shape (3,).
+        tolerance: by how much a plan may violate its planes.
     """
 
     k: int
@@ -31,6 +32,7 @@ class Task:
     others: Mapping[int, tuple[Plan, ...]]
     selected: frozenset[int]
     target: Floats
+    tolerance: Tolerance = EXACT
 
     @property
     def start(self) -> int:
@@ -44,7 +46,7 @@ class Task:
         mine = self.own.scaled_from(self.start)
         others = np.array([plan.scaled_from(self.start) for _, plan in plans]).reshape(-1, *mine.shape)
         halfway = np.array([j in self.selected for j, _ in plans], np.bool_)
-        return Planes(others, others - mine, halfway, tuple(j for j, _ in plans))
+        return Planes(others, others - mine, halfway, tuple(j for j, _ in plans), self.tolerance)
 
 
 class Model:
@@ -59,7 +61,7 @@ class Model:
 
     Attributes:
         band: weight of the soft constraint, relative to the largest weight of (13a).
-        theta_inverse: Θ⁻¹; `scaled_unit`, `d_hat`: the unit of scaled positions and d̂_min, in m.
+        theta_inverse: Θ⁻¹; `scaled_unit`: the unit of scaled positions, in m.
         basis: how the coordinates of one axis change its jerks, shape (H, H − 2).
         to_samples: its positions at samples 1 … h_c, shape (h_c, H − 2).
         to_bounded: its bounded values, shape (4H, H − 2).
@@ -72,7 +74,6 @@ class Model:
         self.lattice = lattice
         self.weights = weights
         self.scaled_unit = float(lattice.scaled_unit)
-        self.d_hat = float(lattice.parameters.d_hat_min)
         self.theta_inverse = lattice.scaling * float(lattice.scaled_unit / lattice.position_unit)
         units = (lattice.position_unit, lattice.velocity_unit, lattice.acceleration_unit, lattice.jerk_unit)
         self.units = np.array([float(unit) for unit in units])

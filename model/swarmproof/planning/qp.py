@@ -46,7 +46,8 @@ class Rows:
         size = planes.lengths[:, 1:] * unit
         # a normal of length zero gives a row that nothing satisfies
         n = planes.normals[:, 1:] * (unit / np.maximum(size, unit))[:, :, None]
-        needed = np.where(planes.halfway[:, None], 0.5 * (model.d_hat + size), model.d_hat)
+        halfway, full = (float(planes.asked(halfway, model.lattice)) for halfway in (True, False))
+        needed = np.where(planes.halfway[:, None], 0.5 * (halfway + size), full)
         self.normals = n @ model.theta_inverse
         self._beyond = np.einsum("nhx,nhx->nh", n, planes.others[:, 1:]) * unit - needed
         neighbours = {j: place for place, j in enumerate(task.others)}

@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from swarmproof.assess.exhaustive import Decided, Exhaustive, Verdict
 from swarmproof.assess.judge import Counts, FlightVerdict, Flown, Judged
 from swarmproof.assess.run import Setting
+from swarmproof.scenario.scenario import EXACT
+from swarmproof.theorem3.parameters import exact_text
 
 SCHEMA = "swarmproof.flight/1"
 
@@ -16,7 +18,8 @@ def headline(setting: Setting, flown: Flown) -> str:
     """Return what became of the flight, in one line."""
     violated = [judged.claim.id for judged in flown.claims if judged.verdict is FlightVerdict.VIOLATED]
     what = f"violated: {', '.join(violated)}" if violated else "no claim violated"
-    return f"{setting.scenario.name}, {setting.scenario.uavs} UAVs, {setting.cus} CUs, {flown.rounds} rounds: {what}"
+    swarm = f"{setting.scenario.name}, {setting.scenario.uavs} UAVs, {setting.cus} CUs"
+    return f"{swarm}, {flown.rounds} rounds{_with_fault(setting)}: {what}"
 
 
 def summary(flown: Flown) -> list[str]:
@@ -42,7 +45,7 @@ def scope(setting: Setting, loss: str, flown: Flown) -> str:
     return (
         f"This flight only: {flown.rounds} rounds, trigger {setting.trigger}, loss {loss}, seed {setting.seed}; "
         f"{setting.semantics.name()}; parameters {parameters}. Samples and constraints were decided exactly, distances "
-        "between samples are certified bounds; no other flight is covered."
+        "between samples are certified bounds; no other flight is covered." + _fault(setting, flown.qps)
     )
 
 
@@ -65,7 +68,8 @@ def patterns_headline(setting: Setting, rounds: int, found: Exhaustive) -> str:
     violated = [decided.claim.id for decided in found.claims if decided.verdict is Verdict.VIOLATED]
     what = f"violated: {', '.join(violated)}" if violated else "no claim violated"
     scenario = setting.scenario
-    return f"{scenario.name}, {scenario.uavs} UAVs, {setting.cus} CUs, all losses of {rounds} rounds: {what}"
+    swarm = f"{scenario.name}, {scenario.uavs} UAVs, {setting.cus} CUs"
+    return f"{swarm}, all losses of {rounds} rounds{_with_fault(setting)}: {what}"
 
 
 def patterns_summary(found: Exhaustive) -> list[str]:
@@ -90,6 +94,7 @@ def patterns_scope(setting: Setting, rounds: int, found: Exhaustive) -> str:
         f"Every loss of (message, receiver) pairs in the first {rounds} rounds of this scenario, trigger "
         f"{setting.trigger}; {setting.semantics.name()}; parameters {parameters}. Swarms with equal protocol state, "
         f"trajectories and knowledge were merged. Nothing is said of later rounds.{stopped}"
+        + _fault(setting, found.qps)
     )
 
 
@@ -129,6 +134,41 @@ def _header(setting: Setting, rounds: int, separation: Mapping[str, float | None
         "seed": setting.seed,
         "min_separation": separation,
         "qps": {"solved": counts.solved, "rejected": counts.rejected, "infeasible": counts.infeasible},
+        **_fault_document(setting, counts),
+    }
+
+
+def _with_fault(setting: Setting) -> str:
+    """Return what follows the swarm's name where the planner is made faulty; usually nothing."""
+    return "" if setting.scenario.tolerance == EXACT else " with a faulty planner (tolerance)"
+
+
+def _fault(setting: Setting, counts: Counts) -> str:
+    """Return what tolerance the planner had, and what it led to; usually nothing."""
+    tolerance, d_hat_min = setting.scenario.tolerance, setting.scenario.parameters.d_hat_min
+    if tolerance == EXACT:
+        return ""
+    return (
+        f" A fault was flown: plans may violate rows of (13f) by {exact_text(tolerance.full)} m, those midway between "
+        f"UAVs by {exact_text(tolerance.halfway)} m. The claims go on asking for {exact_text(d_hat_min)} m; with this "
+        f"tolerance, trajectories keep {exact_text(tolerance.kept(d_hat_min))} m at samples. Theorem 1's candidate did "
+        f"not satisfy {counts.unsatisfied} of {_total(counts)} optimization problems; "
+        f"{counts.rejected + counts.infeasible} led to no plan."
+    )
+
+
+def _fault_document(setting: Setting, counts: Counts) -> dict[str, object]:
+    """Return the same for the JSON document."""
+    tolerance = setting.scenario.tolerance
+    if tolerance == EXACT:
+        return {}
+    return {
+        "tolerance": {
+            "full": float(tolerance.full),
+            "halfway": float(tolerance.halfway),
+            "kept": float(tolerance.kept(setting.scenario.parameters.d_hat_min)),
+            "candidate_unsatisfied": counts.unsatisfied,
+        }
     }
 
 

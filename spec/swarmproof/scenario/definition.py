@@ -52,6 +52,39 @@ WEIGHTS: tuple[str, ...] = tuple(one.name for one in fields(Weights))
 
 
 @dataclass(frozen=True, slots=True)
+class Tolerance:
+    """A fault: by how much plans may violate rows of (13f), in m of scaled distance; by nothing unless asked for.
+
+    Attributes:
+        full: rows of (15) with d̂_min alone, for a UAV that is not in A_ET(k).
+        halfway: the other rows.
+
+    Raises:
+        BadInput: one of them is negative.
+    """
+
+    full: Fraction = Fraction(0)
+    halfway: Fraction = Fraction(0)
+
+    def __post_init__(self) -> None:
+        """Raise :class:`BadInput` on a negative number."""
+        for name, value in (("tolerance", self.full), ("tolerance_halfway", self.halfway)):
+            if value < 0:
+                raise BadInput(f"{name} must not be negative, but it is {exact_text(value)}")
+
+    def asked(self, d_hat_min: Fraction, halfway: bool) -> Fraction:
+        """Return the distance (m) with which a row without tolerance says what this one says with it."""
+        return d_hat_min - (2 * self.halfway if halfway else self.full)
+
+    def kept(self, d_hat_min: Fraction) -> Fraction:
+        """Return the distance (m) that trajectories keep at samples, after however many rounds."""
+        return min(self.asked(d_hat_min, halfway) for halfway in (True, False))
+
+
+EXACT = Tolerance()
+
+
+@dataclass(frozen=True, slots=True)
 class TargetChange:
     """From `round` on, `points[i]` (m) is the target of UAV i."""
 
@@ -77,6 +110,7 @@ class Scenario:
         starts: where UAV i hovers at first (m; Remark 2).
         targets: the changes of the targets; if `redraw` is given, it goes on after the last of them.
         rounds: the length of a flight where no other is asked for.
+        tolerance: of the rows of (13f) in plans: none, unless this fault is to be flown.
 
     Raises:
         BadInput: a value that cannot be flown, such as two starts closer than d̂_min.
@@ -90,6 +124,7 @@ class Scenario:
     targets: tuple[TargetChange, ...]
     rounds: int
     redraw: Redraw | None = None
+    tolerance: Tolerance = EXACT
     #: the random targets so far, by round: whatever is asked for first, the answers are the same
     _drawn: dict[int, tuple[Point, ...]] = field(default_factory=dict, init=False, repr=False, compare=False)
 
@@ -103,6 +138,13 @@ class Scenario:
             if not low <= value <= high:
                 raise BadInput(f"{what} must be from {low} to {high}, not {value}")
         space = flying_space(self.parameters)
+        d_hat_min = self.parameters.d_hat_min
+        if self.tolerance.kept(d_hat_min) <= 0:
+            raise BadInput(
+                f"tolerance={exact_text(self.tolerance.full)} and tolerance_halfway="
+                f"{exact_text(self.tolerance.halfway)} leave nothing of d_hat_min={exact_text(d_hat_min)}: the first "
+                "must be smaller than it, the second smaller than half of it"
+            )
         if not self.targets or self.targets[0].round != 0:
             raise BadInput("there are no targets from round 0 on: the first of the targets must have round = 0")
         for earlier, later in zip(self.targets, self.targets[1:], strict=False):

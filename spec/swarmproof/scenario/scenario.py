@@ -29,6 +29,10 @@ Instead of `positions`, `formation` names one, with its own keys (m; `centre` is
 In [start], a formation needs `uavs`, how many there are. Random targets can have `every`: from their round on, there
 are new ones every so many rounds, for ever; this must be the last [[targets]].
 
+Beside `horizon`, a fault can be given: `tolerance` (m, 0 if not given) is by how much plans may violate rows of (13f),
+in scaled distance; `tolerance_halfway` changes it for the rows that are midway between UAVs. The claims are checked as
+ever.
+
 UAVs are numbered from 0. Numbers are read exactly. Coordinates are then rounded to floats, and it is decided exactly
 that these are in the flying space and at least d̂_min apart. A flight rounds them once more, to its lattice of about
 1e-12 m, and has to check them again.
@@ -42,6 +46,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from swarmproof.scenario.definition import (
+    EXACT,
     FEWEST_UAVS,
     LONGEST_HORIZON,
     MOST_ROUNDS,
@@ -51,6 +56,7 @@ from swarmproof.scenario.definition import (
     Redraw,
     Scenario,
     TargetChange,
+    Tolerance,
     Weights,
     check_separation,
     flying_space,
@@ -62,12 +68,13 @@ from swarmproof.scenario.tables import Table, as_table, centre, number, only, po
 from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.parameters import Parameters, near_match, read_toml, shown
 
-__all__ = ["SHIPPED", "Point", "Redraw", "Scenario", "TargetChange", "Weights", "load"]
+__all__ = ["EXACT", "SHIPPED", "Point", "Redraw", "Scenario", "TargetChange", "Tolerance", "Weights", "load"]
 
 #: The scenarios that ship; each is a TOML file beside this module.
 SHIPPED: tuple[str, ...] = ("circle", "formations", "crossing", "random")
 
 DEFAULT_HORIZON = 15
+_TOLERANCES = _FULL, _HALFWAY = ("tolerance", "tolerance_halfway")
 MOST_NAME = 60
 
 
@@ -77,7 +84,8 @@ def load(name_or_path: str, seed: int = 0, changes: Iterable[str] = ()) -> Scena
     Args:
         name_or_path: one of :data:`SHIPPED`, or a path; ``./circle`` is a path.
         seed: of all random points; the same seed gives the same points.
-        changes: ``NAME=VALUE`` for a parameter, ``horizon=H``, or, if no positions are given, ``uavs=N``.
+        changes: ``NAME=VALUE`` for a parameter, ``horizon=H``, ``tolerance=M``, ``tolerance_halfway=M``, or, if no
+            positions are given, ``uavs=N``.
 
     Raises:
         BadInput: there is no such scenario, or something in it cannot be.
@@ -97,7 +105,7 @@ def load(name_or_path: str, seed: int = 0, changes: Iterable[str] = ()) -> Scena
 
 def _scenario(table: Table, seed: int, changes: Iterable[str]) -> Scenario:
     """Return the scenario in the file's `table`, with `changes`."""
-    only(table, ("name", "rounds", "horizon", "parameters", "weights", "start", "targets"))
+    only(table, ("name", "rounds", "horizon", *_TOLERANCES, "parameters", "weights", "start", "targets"))
     own, of_parameters = _split(changes)
     parameters = Parameters.from_table("[parameters]", subtable(table, "parameters"), of_parameters)
     flying_space(parameters)
@@ -129,7 +137,13 @@ def _scenario(table: Table, seed: int, changes: Iterable[str]) -> Scenario:
         targets=tuple(listed),
         rounds=whole(table, "rounds", 1, MOST_ROUNDS),
         redraw=redraw,
+        tolerance=_tolerance({**table, **own}),
     )
+
+
+def _tolerance(table: Table) -> Tolerance:
+    full = number({_FULL: 0, **table}, _FULL)
+    return Tolerance(full, number(table, _HALFWAY) if _HALFWAY in table else full)
 
 
 def _split(changes: Iterable[str]) -> tuple[dict[str, object], list[str]]:
@@ -138,7 +152,7 @@ def _split(changes: Iterable[str]) -> tuple[dict[str, object], list[str]]:
     of_parameters = []
     for change in changes:
         name, equals, value = change.partition("=")
-        if equals and name.strip() in ("uavs", "horizon"):
+        if equals and name.strip() in ("uavs", "horizon", *_TOLERANCES):
             own[name.strip()] = value
         else:
             of_parameters.append(change)

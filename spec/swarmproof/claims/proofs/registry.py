@@ -1,14 +1,22 @@
-"""All claims about the proofs, in the order of the paper: one sample, all pairs, the sample grid."""
+"""All claims about the proofs: one sample, all pairs, the sample grid, trajectories, bounds, and tolerance."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from swarmproof.claims.proofs import pairs, samples, separation
+from swarmproof.claims.proofs import bounds, feasibility, pairs, rest, samples, separation, tolerance
 from swarmproof.semantics.switches import BadInput
 from swarmproof.statements.claim import ProofClaim
 
-PROOF_CLAIMS: tuple[ProofClaim, ...] = (*separation.CLAIMS, *pairs.CLAIMS, *samples.CLAIMS)
+PROOF_CLAIMS: tuple[ProofClaim, ...] = (
+    *separation.CLAIMS,
+    *pairs.CLAIMS,
+    *samples.CLAIMS,
+    *feasibility.CLAIMS,
+    *rest.CLAIMS,
+    *bounds.CLAIMS,
+    *tolerance.CLAIMS,
+)
 
 
 def is_proof_claim(name: str) -> bool:
