@@ -12,7 +12,7 @@ from typing import TypeVar
 
 from swarmproof.statements.motion import Axis, Timing, allowed, entry, jerk_names, planned, rests, within
 from swarmproof.statements.polynomial import Number, Polynomial, Vector, constant, variable
-from swarmproof.statements.separation import D_POSITIVE, D, apart
+from swarmproof.statements.separation import D_POSITIVE, D, apart, plane
 from swarmproof.statements.statement import Condition, Sign, Solvable, Statement, above, at_least, equal
 
 #: The axes of a trajectory: on a line, none needs a name.
@@ -137,14 +137,6 @@ def zero_allowed(axes: Sequence[str]) -> list[Condition]:
     return [each for axis in axes for each in within(f"{ZERO_ALLOWED}{axis and ' '}{axis}", constant(0), "u", axis)]
 
 
-def _plane(h: int, own: Vector, other: Vector, new: Vector, halfway: bool) -> Condition:
-    """Return (15) as :func:`swarmproof.statements.separation.plane` has it, with the length of sample h."""
-    size = variable(normal(h))
-    product = (other - own).dot(other - new)
-    value = 2 * product - size * (D + size) if halfway else product - size * D
-    return at_least(f"(13f), h = {h}", value)
-
-
 def feasible(
     timing: Timing,
     apart_times: Iterable[Fraction],
@@ -171,7 +163,7 @@ def feasible(
         size = variable(normal(h))
         own, other = place(i, time), place(j, time)
         lengths += [equal(length_is(h), size * size, (other - own).square), at_least(length_sign(h), size)]
-        planes.append(_plane(h, own, other, place(new, time), halfway))
+        planes.append(plane(f"(13f), h = {h}", own, other, place(new, time), halfway, size=size))
     return Solvable(
         (*hypotheses(timing, apart_times, axes, rest), *(zero_allowed(axes) if zero else ()), *lengths),
         tuple(name for axis in axes for name in jerk_names("new", timing, axis)),

@@ -18,9 +18,15 @@ OF_I, OF_J = "(15) for i", "(15) for j"
 
 
 def plane(
-    name: str, own: Vector, other: Vector, new: Vector, halfway: bool, tolerance: Polynomial | Number = 0
+    name: str,
+    own: Vector,
+    other: Vector,
+    new: Vector,
+    halfway: bool,
+    tolerance: Polynomial | Number = 0,
+    size: Polynomial = L,
 ) -> Condition:
-    """Return constraint (15), multiplied by ‖n‖ = `L`, for a UAV that moves from its trajectory `own` to `new`.
+    """Return constraint (15), multiplied by ‖n‖, for a UAV that moves from its trajectory `own` to `new`.
 
     Args:
         name: of the condition.
@@ -29,11 +35,12 @@ def plane(
         new: its position on its new trajectory.
         halfway: whether the other UAV is in A_ET(k): then Δ is ½(d̂_min + ‖n‖), else d̂_min.
         tolerance: by how much the constraint may be violated, in m.
+        size: ‖n‖.
     """
     product = (other - own).dot(other - new)
     if halfway:
-        return at_least(name, 2 * product - L * (D + L) + 2 * L * tolerance)
-    return at_least(name, product - L * D + L * tolerance)
+        return at_least(name, 2 * product - size * (D + size) + 2 * size * tolerance)
+    return at_least(name, product - size * D + size * tolerance)
 
 
 def apart(name: str, one: Vector, other: Vector, distance: Polynomial = D) -> Condition:

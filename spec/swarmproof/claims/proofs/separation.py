@@ -41,12 +41,10 @@ def _names(*vectors: Vector) -> tuple[str, ...]:
 
 def _different_trackers() -> Statement:
     """Return Corollary 1 where UAV j's planner has another trajectory of UAV i in its tracker than the one it flies."""
-    other = plane(OF_J, J_OLD, _I_SEEN, J_NEW, halfway=True)
     seen = (
         equal("l_seen is the length of n_ji", _L_SEEN**2, (_I_SEEN - J_OLD).square),
         above("l_seen > 0", _L_SEEN),
-        # the same formula, with the length of the normal that UAV j's planner sees
-        other.put({"l": _L_SEEN}),
+        plane(OF_J, J_OLD, _I_SEEN, J_NEW, halfway=True, size=_L_SEEN),
     )
     far = (ASSUME_20, apart("(20), as j's planner sees it", _I_SEEN, J_OLD))
     planes = (plane(OF_I, I_OLD, J_OLD, I_NEW, halfway=True), *seen)
