@@ -8,7 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from swarmproof.claims.proofs.registry import PROOF_CLAIMS, select_proof_claims
 from swarmproof.cli import main
+from swarmproof.statements.claim import ProofVerdict
 
 #: The command of each finding, with what it prints of the claim that the finding is about, and its exit code.
 SHOWN = {
@@ -58,7 +60,15 @@ SHOWN = {
     "swarmproof fly crossing --semantics ignore-loss --loss exhaustive:2": (1, "lemma-3 violated"),
     "swarmproof fly circle --cus 3": (0, "circle, 16 UAVs, 3 CUs, 300 rounds: no claim violated"),
     "swarmproof fly circle --cus 3 --loss iid:0.1": (0, "circle, 16 UAVs, 3 CUs, 300 rounds: no claim violated"),
+    "swarmproof fly circle --cus 3 --set tolerance=0.01": (1, "409 optimization problems solved"),
+    "swarmproof fly circle --cus 3 --set tolerance=0.02 --set tolerance_halfway=0.01": (
+        1,
+        "900 optimization problems solved",
+    ),
 }
+TEXT = (Path(__file__).parent.parent / "docs" / "findings.md").read_text()
+COMMANDS = set(re.findall(r"`(swarmproof [^`]+)`", TEXT))
+AUDITS = sorted(command for command in COMMANDS if command.startswith("swarmproof audit "))
 LONG = ("--uavs 3", "exhaustive:4", "fly circle --cus 3")
 QUICK = [command for command in SHOWN if "guarded" in command or not any(part in command for part in LONG)]
 
@@ -74,9 +84,23 @@ def check(command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys:
 
 
 def test_every_command_of_the_findings_is_checked() -> None:
-    """The table above has exactly the commands that stand in docs/findings.md."""
-    text = (Path(__file__).parent.parent / "docs" / "findings.md").read_text()
-    assert set(re.findall(r"`(swarmproof [^`]+)`", text)) == set(SHOWN)
+    """The table above has exactly the commands that stand in docs/findings.md, but for those of the proofs."""
+    assert COMMANDS - set(AUDITS) == set(SHOWN)
+
+
+def test_every_false_statement_is_a_finding() -> None:
+    """Each claim about the proofs that is false as printed has a row with its command."""
+    named = {name for command in AUDITS for name in shlex.split(command)[3::2]}
+    assert {claim.id for claim in PROOF_CLAIMS if claim.verdict is ProofVerdict.FALSE} <= named
+
+
+@pytest.mark.parametrize("command", AUDITS)
+def test_command_shows_the_verdicts_of_the_proofs(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """The finding's command prints every claim that it names with the verdict on record, and exits with 0."""
+    assert main(shlex.split(command)[1:]) == 0
+    printed = capsys.readouterr().out
+    for claim in select_proof_claims(shlex.split(command)[3::2]):
+        assert f"{claim.key}: {claim.verdict}\n" in printed
 
 
 @pytest.mark.parametrize("command", QUICK)
