@@ -138,5 +138,6 @@ def test_covers_and_lines_say_what_is_wrong() -> None:
     assert Line(1, {}).fault(REST) == "no place at sample 1"
     assert Line(1, places).fault(REST) == "apart at all samples that are needed"
     assert Line(1, places | {4: 0}).fault(REST) == "UAV j moves after sample 2, when it is at rest"
+    assert Line(1, places | {2: -1}).fault(REST) == "UAV j moves after sample 2, when it is at rest"
     assert Line(1, dict.fromkeys(range(0, 9), 0)).fault(REST) == "too close at sample 1, which a forbids"
     assert Line(1, places).fault(replace(REST, least_horizon=2)) == "H is at least 2"
