@@ -49,6 +49,7 @@ wheel: $(VENV)/.installed
 	PIP_DISABLE_PIP_VERSION_CHECK=1 out/wheel/bin/python -m pip install --quiet -c constraints.txt dist/swarmproof-*.whl
 	cd out && wheel/bin/swarmproof verify --semantics guarded --report wheel-report
 	cd out && wheel/bin/swarmproof fly crossing --loss iid:0.1
+	cd out && wheel/bin/swarmproof audit --report wheel-audit
 	cd out && wheel/bin/swarmproof margin --set T_c=0.05 --certificate wheel-margin.json
 	cd out && wheel/bin/swarmproof margin --check wheel-margin.json
 

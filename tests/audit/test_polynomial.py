@@ -145,3 +145,9 @@ def test_vectors() -> None:
     assert (a - b).square == a.square - 2 * a.dot(b) + b.square
     with pytest.raises(ValueError, match="argument 2 is shorter"):
         a.dot(Vector(b[:2]))
+
+
+def test_a_negative_power_is_refused() -> None:
+    """A polynomial has no negative powers, and says so."""
+    with pytest.raises(ValueError, match="-1 is no exponent"):
+        variable("x") ** -1

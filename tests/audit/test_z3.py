@@ -41,6 +41,7 @@ GIVEN_UP_WITHOUT_CHOICE = {
 }
 #: Times as far as z3 usually goes.
 FURTHER = 10
+NOTHING = at_least("nothing", 0)
 
 ANSWERS = {f"{each.claim.key}: {one.question}": one for each in audit(PROOF_CLAIMS) for one in each.answers}
 STATEMENTS = {name: each for name, each in ANSWERS.items() if isinstance(each.asked, Statement)}
@@ -71,6 +72,14 @@ def test_hypotheses_can_be_met(name: str) -> None:
     asked = STATEMENTS[name].asked
     assert isinstance(asked, Statement)
     assert contradictory(asked) == "sat"
+
+
+@pytest.mark.parametrize("name", [name for name, each in PROBLEMS.items() if each.verdict is PROVED])
+def test_what_problems_assume_can_be_met(name: str) -> None:
+    """No problem always has a solution for the reason alone that it is never posed."""
+    asked = PROBLEMS[name].asked
+    assert isinstance(asked, Solvable)
+    assert contradictory(Statement(asked.hypotheses, NOTHING)) == "sat"
 
 
 @pytest.mark.parametrize("name", [name for name, each in PROBLEMS.items() if each.verdict is FALSE])

@@ -10,7 +10,6 @@ from typing import Any
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
-from swarmproof.report.audit_page import write_audit
 
 from swarmproof.audit.decide import Audited, audit
 from swarmproof.audit.table import UNDER_20, CellAudit, audit_cells
@@ -18,9 +17,10 @@ from swarmproof.claims.proofs.pairs import PAIRS
 from swarmproof.claims.proofs.registry import select_proof_claims
 from swarmproof.commands.options import write_json
 from swarmproof.report import audit_words
+from swarmproof.report.audit_page import write_audit
 from swarmproof.report.folder import claim_folder
 from swarmproof.statements.cells import ROLES
-from swarmproof.statements.claim import ProofVerdict
+from swarmproof.statements.claim import ProofVerdict, Reading
 
 _COLOURS: dict[str, str] = {
     ProofVerdict.PROVED: "green",
@@ -77,9 +77,8 @@ def _code(audited: Sequence[Audited]) -> int:
 
 
 def _print_pairs(console: Console, pairs: Sequence[CellAudit]) -> None:
-    table = Table(
-        title="What two UAVs can fly in round k+1, and which lemma says they are d̂_min apart", title_justify="left"
-    )
+    console.print("What UAVs i and j can fly in round k+1, and which lemma says that they are d̂_min apart:")
+    table = Table(box=None, padding=(0, 1))
     for heading in ("i", "j", "lemma", "which assumes", "verdict"):
         table.add_column(heading, overflow="fold")
     for each in pairs:
@@ -92,15 +91,25 @@ def _print_pairs(console: Console, pairs: Sequence[CellAudit]) -> None:
         )
     console.print(table)
     for role in ROLES:
-        console.print(f"  {role.id}: {escape(role.in_words())}", soft_wrap=True)
+        console.print(f" {role.id}: {escape(role.in_words())}", soft_wrap=True)
+    console.print()
 
 
 def _print_claims(console: Console, audited: Sequence[Audited]) -> None:
-    table = Table(title="Claims about the proofs", title_justify="left", show_lines=True)
-    for heading in ("claim", "reading", "verdict", "finding"):
-        table.add_column(heading, overflow="fold", no_wrap=heading == "claim")
-    for each in audited:
-        verdict = f"[{_COLOURS[each.verdict]}]{each.verdict}[/]"
-        changed = "" if each.as_recorded else f" (on record: {each.claim.verdict})"
-        table.add_row(each.claim.id, each.claim.reading, verdict + changed, escape(each.claim.finding))
+    table = Table(box=None, padding=(0, 1))
+    for heading in ("claim", *Reading):
+        table.add_column(heading, no_wrap=True)
+    for name in dict.fromkeys(each.claim.id for each in audited):
+        of = {each.claim.reading: each for each in audited if each.claim.id == name}
+        table.add_row(name, *(_verdict(of[reading]) if reading in of else "" for reading in Reading))
     console.print(table)
+    changed = [each.claim.key for each in audited if not each.as_recorded]
+    if changed:
+        console.print(f"Not as recorded: {', '.join(changed)}", style="red", soft_wrap=True)
+    else:
+        console.print("Every verdict is the one on record. `--claim ID` shows the evidence, `--report DIR` all of it.")
+
+
+def _verdict(audited: Audited) -> str:
+    changed = "" if audited.as_recorded else f" (on record: {audited.claim.verdict})"
+    return f"[{_COLOURS[audited.verdict]}]{audited.verdict}[/]{changed}"

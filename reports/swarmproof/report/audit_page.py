@@ -9,8 +9,7 @@ from pathlib import Path
 from markupsafe import Markup
 
 from swarmproof.audit.decide import Answer, Audited
-from swarmproof.audit.evidence import Candidate, Certificate, Vectors
-from swarmproof.audit.script import identity, script
+from swarmproof.audit.evidence import Vectors
 from swarmproof.audit.steps import Covered, Line
 from swarmproof.audit.table import UNDER_20, CellAudit
 from swarmproof.claims.proofs import samples
@@ -21,7 +20,6 @@ from swarmproof.semantics.switches import BadInput
 from swarmproof.statements.cells import ROLES, Role
 from swarmproof.statements.claim import ProofVerdict
 from swarmproof.statements.grid import Step
-from swarmproof.statements.statement import Statement
 
 #: T/T_c of the pictures: that of the published experiments.
 RATIO = 2
@@ -93,28 +91,13 @@ def audit_page(audited: Sequence[Audited], pairs: Sequence[CellAudit]) -> str:
         roles=ROLES,
         cells=pairs,
         rows=_rows(pairs),
-        shown=shown,
+        shown=audit_words.shown,
         claims=list(by_id.items()),
         scenes=_scenes(audited),
         ranges=_ranges() if stepped else [],
         ranges_rest=samples.rest(RATIO, new=True).at(3),
         picture_style=Markup(STYLE),
     )
-
-
-def shown(answer: Answer) -> str:
-    """Return what a reader can check of the evidence for one question."""
-    match answer.evidence:
-        case None:
-            return answer.why
-        case Certificate() as certificate if isinstance(answer.asked, Statement):
-            return identity(answer.asked, certificate)
-        case Candidate(choice):
-            return "\n".join(["the choice", *(f"  {name} = {value}" for name, value in choice.items())])
-        case Covered(of, at_rest):
-            return f"covered by {', '.join(of)}{', then at rest' if at_rest else ''}, for every H"
-        case evidence:
-            return script(answer.asked, evidence) or answer.why
 
 
 def _headline(audited: Sequence[Audited]) -> str:
@@ -135,7 +118,7 @@ def _rows(pairs: Sequence[CellAudit]) -> list[tuple[Role, list[CellAudit | None]
 def _groups(answers: Sequence[Answer]) -> list[Group]:
     groups: dict[tuple[ProofVerdict, str], Group] = {}
     for each in answers:
-        text = shown(each)
+        text = audit_words.shown(each)
         new = Group(each.verdict, audit_words.kind(each.evidence), text, [])
         groups.setdefault((each.verdict, text), new).questions.append(each.question)
     return list(groups.values())

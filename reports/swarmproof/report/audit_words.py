@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
-from fractions import Fraction
-
-from swarmproof.audit.script import identity, script
+from collections.abc import Sequence
+from textwrap import indent
 
 from swarmproof.audit.decide import Answer, Audited, Shown
 from swarmproof.audit.evidence import Candidate, Certificate, Unsolvable, Vectors
+from swarmproof.audit.script import identity, script
 from swarmproof.audit.steps import Covered, Line
 from swarmproof.audit.table import CellAudit
 from swarmproof.statements.statement import Statement
@@ -22,16 +21,8 @@ def evidence(audited: Audited) -> str:
     claim = audited.claim
     lines = [f"{claim.key}: {audited.verdict}", f"  {claim.wording}", f"  {claim.place}. {claim.assumptions}", ""]
     for answer in audited.answers:
-        shown = (f"    {line}" for line in _shown(answer).splitlines())
-        lines += [f"  {answer.question}: {answer.verdict}", *shown, ""]
+        lines += [f"  {answer.question}: {answer.verdict}", indent(shown(answer), "    "), ""]
     return "\n".join(lines)
-
-
-def numbers(values: Mapping[str, Fraction]) -> str:
-    """Return numbers by name, those that are zero at the end."""
-    named = [f"{name} = {value}" for name, value in values.items() if value]
-    zero = [name for name, value in values.items() if not value]
-    return "; ".join([*named, *([f"all others 0 ({', '.join(zero)})"] if zero else [])])
 
 
 def kind(shown: Shown | None) -> str:
@@ -93,7 +84,7 @@ def _answer(answer: Answer) -> dict[str, object]:
     }
 
 
-def _shown(answer: Answer) -> str:
+def shown(answer: Answer) -> str:
     """Return the evidence for one question: what a reader can check."""
     match answer.evidence:
         case None:
@@ -101,8 +92,8 @@ def _shown(answer: Answer) -> str:
         case Certificate() as certificate if isinstance(answer.asked, Statement):
             return identity(answer.asked, certificate)
         case Candidate(choice):
-            return "chosen: " + ", ".join(f"{name} = {value}" for name, value in choice.items())
+            return "\n".join(["the choice", *(f"  {name} = {value}" for name, value in choice.items())])
         case Covered(names, at_rest):
-            return f"covered by {', '.join(names)}{', then at rest' if at_rest else ''}"
-        case shown:
-            return script(answer.asked, shown)
+            return f"covered by {', '.join(names)}{', then at rest' if at_rest else ''}, for every H"
+        case found:
+            return script(answer.asked, found) or answer.why

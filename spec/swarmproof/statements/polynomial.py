@@ -56,6 +56,8 @@ class Polynomial:
         return self * (1 / Fraction(other))
 
     def __pow__(self, exponent: int) -> Polynomial:
+        if exponent < 0:
+            raise ValueError(f"{exponent} is no exponent of a polynomial: it must be at least 0")
         result = constant(1)
         for _ in range(exponent):
             result = result * self
