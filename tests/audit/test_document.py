@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
+import textwrap
 from pathlib import Path
 
 from tests.audit.test_samples import TRUE_FOR
@@ -52,6 +55,15 @@ def test_the_table_of_steps_is_the_one_decided() -> None:
     (horizon,) = select_proof_claims(["horizon/printed"])
     assert horizon.verdict is ProofVerdict.FALSE
     assert told == {**decided, "horizon": ["false", "false"]}
+
+
+def test_the_code_of_the_document_runs() -> None:
+    """The blocks of Python in the document run, and what they assert is true; there are two of them."""
+    blocks = re.findall(r"\n\n((?:    .*\n)+)", TEXT)
+    programs = [textwrap.dedent(block) for block in blocks if "for " in block]
+    assert len(programs) == 2
+    for program in programs:
+        subprocess.run([sys.executable, "-I", "-c", program], check=True, capture_output=True)
 
 
 def _word(true: bool) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
-from typing import cast
+from typing import Any, cast
 
 import pytest
 from hypothesis import example, given, settings
@@ -435,3 +435,38 @@ def _product(each: Term, statement: Statement) -> Polynomial:
     for name in each.hypotheses:
         product = product * known[name]
     return product
+
+
+def _forged(monomial: tuple[tuple[str, object], ...], coefficient: object) -> Polynomial:
+    forged: Any = {monomial: coefficient}
+    return Polynomial(forged)
+
+
+@pytest.mark.parametrize(
+    "forged",
+    [
+        _forged((("x", Fraction(1, 2)),), Fraction(1)),
+        _forged((("x", -1),), Fraction(1)),
+        _forged((), 1j),
+        _forged((), 1.0),
+        _forged((("x", 1), ("x", 1)), Fraction(1)),
+        _forged((("y", 1), ("x", 1)), Fraction(1)),
+    ],
+    ids=["root", "inverse", "imaginary", "float", "a name twice", "unsorted"],
+)
+def test_what_is_no_polynomial_proves_nothing(forged: Polynomial) -> None:
+    """The square of a root, or of an imaginary number, is not taken for a square of a polynomial."""
+    nothing = Statement((equal("x = 0", variable("x")),), Condition("c", forged * forged))
+    assert "no polynomial" in str(Certificate((term(squared=forged),)).fault(nothing))
+    by_equation = Certificate((), {"x = 0": forged})
+    assert "no polynomial" in str(by_equation.fault(nothing))
+    problem = Solvable((), ("u",), (Condition("c", variable("u")),))
+    chosen = Candidate({"u": forged}, (Certificate((term(squared=forged),)),))
+    assert "no polynomial" in str(chosen.fault(problem))
+
+
+def test_a_factor_is_a_fraction() -> None:
+    """A float, whatever its value, is no factor of a term."""
+    factor: Any = 1.0
+    certificate = Certificate((Term((), constant(1), factor),))
+    assert "no fraction" in str(certificate.fault(Statement((), Condition("c", constant(1)))))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import pytest
 from hypothesis import given
@@ -17,6 +17,7 @@ from swarmproof.audit.evidence import Certificate
 from swarmproof.audit.proofs.separation import BOTH_NEW, ONE_NEW, ONE_NEW_HALFWAY
 from swarmproof.audit.table import UNDER_20, audit_cells
 from swarmproof.flight.state import Round
+from swarmproof.mlr.messages import Metadata
 from swarmproof.planning.accept import right_side
 from swarmproof.statements import separation
 from swarmproof.statements.cells import Cell, Lemma, Role, cells
@@ -169,3 +170,32 @@ def test_flights_know_the_pairs_of_the_table() -> None:
             seen.update(_pairs(flown))
     assert {cell.id for cell in cells()} - {cell.id for cell in seen} == {"S2-U1"}
     assert seen <= set(cells())
+
+
+def _wrong_trackers(flown: Round, before: Round) -> int:
+    """Return how many trackers of CUs that plan are not the virtual CU's: what was flown, and what was planned."""
+    k = before.before.k
+    attempts = enumerate(before.computed.attempts)
+    new = {(each.task.i, w) for w, each in attempts if each is not None and each.planned.plan is not None}
+    wrong = 0
+    for w, attempt in enumerate(flown.computed.attempts):
+        if attempt is None:
+            continue
+        for i, tracker in enumerate(flown.before.swarm.cus[w].trackers):
+            held = {trajectory.metadata for trajectory in tracker.trajectories}
+            virtual = {before.before.swarm.uavs[i].followed.metadata}
+            virtual |= {Metadata(k, v) for j, v in new if j == i}
+            wrong += held != virtual
+    return wrong
+
+
+@pytest.mark.parametrize(("semantics", "sound"), [("guarded", True), ("ignore-loss", False)])
+def test_cus_that_plan_have_the_virtual_trackers(semantics: str, sound: bool) -> None:
+    """Under `guarded`, what a CU plans with is what UAVs flew in the round before and what was planned in it: (R3).
+
+    A CU that ignores loss plans with something else.
+    """
+    rounds = record(setting("circle", cus=3, seed=1, semantics=semantics), "iid:0.1", rounds=120).rounds
+    wrong = sum(_wrong_trackers(flown, before) for before, flown in pairwise(rounds))
+    assert (wrong == 0) is sound
+    assert sum(attempt is not None for flown in rounds for attempt in flown.computed.attempts) > 50

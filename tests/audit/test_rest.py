@@ -32,8 +32,8 @@ def test_every_claim_has_the_verdict_on_record(claim: ProofClaim) -> None:
 
 
 MOVED = [
-    ("lemma-4/printed", "(21), no rest"),
-    ("lemma-4/printed", "(21), h_c·T_c = H·T − T_c"),
+    ("lemma-4-use/printed", "(21), no rest"),
+    ("lemma-4-use/printed", "(21), h_c·T_c = H·T − T_c"),
     ("unique-entry/printed", "position"),
 ]
 
@@ -66,7 +66,7 @@ def test_lemma_4_needs_rest_and_the_horizon() -> None:
         ("theorem-2-base/repaired", "T/T_c = 2, hovering", "u_j_0 = 0"),
         ("theorem-2-base/repaired", "T/T_c = 2, hovering", "d apart at 1"),
         ("theorem-2-base/repaired", "T/T_c = 2, apart in round 0", "d apart at 1/2"),
-        ("lemma-4/repaired", "from (20), H = 2, T_c = T", "(13e) j: a"),
+        ("lemma-4-use/repaired", "from (20), H = 2, T_c = T", "(13e) j: a"),
         ("entry-jump/repaired", "velocity", "(13c) b: u 0 ≥"),
     ],
 )

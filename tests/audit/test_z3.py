@@ -31,7 +31,7 @@ GIVEN_UP = {
 GIVEN_UP_WITHOUT_CHOICE = {
     "theorem-1-feasible/repaired",
     "recursion/repaired",
-    "lemma-4/repaired",
+    "lemma-4-use/repaired",
     "x-between-samples-acceleration/repaired",
     "x-between-samples-ratio/repaired",
     "x-between-samples-flown/repaired",

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from itertools import pairwise
 
 from swarmproof.statements.polynomial import Number, Polynomial, Values, as_polynomial, constant
 from swarmproof.statements.statement import Condition, Sign, Solvable, Statement
@@ -41,7 +42,7 @@ class Certificate:
     Attributes:
         terms: what the conclusion is made of.
         equations: by name of an equation among the hypotheses, the polynomial by which it is multiplied.
-        multiplier: terms of which at least one is positive wherever the hypotheses hold; 1 if empty.
+        multiplier: terms of which at least one is positive wherever the hypotheses hold.
     """
 
     terms: tuple[Term, ...] = ()
@@ -50,6 +51,9 @@ class Certificate:
 
     def fault(self, statement: Statement) -> str | None:
         """Return why this does not prove `statement`; None if it does."""
+        used = [*self.equations.values(), *(each.squared for each in (*self.terms, *self.multiplier))]
+        if not all(map(_proper, used)):
+            return "it has something that is no polynomial with rational coefficients"
         known = {hypothesis.name: hypothesis for hypothesis in statement.hypotheses}
         if len(known) < len(statement.hypotheses):
             return "two hypotheses have the same name"
@@ -109,6 +113,8 @@ class Candidate:
             return "a hypothesis speaks of the unknowns"
         if set(self.choice) != set(problem.unknowns):
             return "the choice is not one of the unknowns"
+        if not all(map(_proper, self.choice.values())):
+            return "a choice is no polynomial with rational coefficients"
         if any(chosen.variables & set(problem.unknowns) for chosen in self.choice.values()):
             return "the choice depends on the unknowns"
         if len(self.certificates) != len(problem.constraints):
@@ -161,9 +167,21 @@ def _inexact(values: Values) -> str | None:
     return next((f"{name} is no fraction" for name, value in values.items() if type(value) is not Fraction), None)
 
 
+def _proper(polynomial: Polynomial) -> bool:
+    """Say whether all coefficients are fractions and all monomials products of powers: nothing is taken on trust."""
+    return all(
+        type(coefficient) is Fraction
+        and all(type(exponent) is int and exponent >= 1 for _, exponent in monomial)
+        and all(one < other for (one, _), (other, _) in pairwise(monomial))
+        for monomial, coefficient in polynomial.terms.items()
+    )
+
+
 def _sum(terms: Sequence[Term], known: Mapping[str, Condition]) -> Polynomial:
     total = constant(0)
     for each in terms:
+        if type(each.factor) is not Fraction:
+            raise ValueError("a term has a factor that is no fraction")
         if each.factor < 0:
             raise ValueError("a term has a negative factor")
         product = each.squared * each.squared * each.factor

@@ -66,7 +66,7 @@ def run(options: argparse.Namespace) -> int:
             console.print(escape(audit_words.evidence(each)), soft_wrap=True)
     write_json(options.json, audit_words.document(audited, pairs))
     if folder is not None:
-        console.print(f"Report: {write_audit(audited, pairs, folder)}")
+        console.print(f"Report: {write_audit(audited, pairs, folder)}", soft_wrap=True)
     return _code(audited)
 
 

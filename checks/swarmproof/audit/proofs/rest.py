@@ -94,12 +94,9 @@ def by_jerk(period: Fraction) -> dict[str, Fraction]:
 
 
 EVIDENCE: Mapping[str, Mapping[str, Evidence]] = {
-    "lemma-4/printed": {
-        LITERAL: Certificate((term(apart_at(Fraction(1))),)),
-        NO_REST: Vectors(_TOWARDS),
-        TOO_SHORT: Vectors(_ENDS_CLOSE),
-    },
-    "lemma-4/repaired": Later({**_lemma_4(times_18, "(18)"), **_lemma_4(times_20, "(20)")}),
+    "lemma-4/printed": {LITERAL: Certificate((term(apart_at(Fraction(1))),))},
+    "lemma-4-use/printed": {NO_REST: Vectors(_TOWARDS), TOO_SHORT: Vectors(_ENDS_CLOSE)},
+    "lemma-4-use/repaired": Later({**_lemma_4(times_18, "(18)"), **_lemma_4(times_20, "(20)")}),
     "theorem-2-base/printed": dict.fromkeys(START, FROM_ONE_PLACE),
     "theorem-2-base/repaired": Later(
         {f"{name}, hovering": partial(_hovers_apart, timing) for name, timing in HOVERS.items()}

@@ -152,8 +152,9 @@ CLAIMS: tuple[ProofClaim, ...] = (
         f"{_SYSTEM} Each question leaves open one thing that the repaired statement assumes, for given Û and X.",
         Later({name: partial(_special, name, case, times_20) for name, case in OPEN.items()}),
         _FALSE,
-        "True for the published parameters, but not as stated: each of 0 ∈ Û, h_c, h_b, T_s and T_b can be chosen such "
-        "that a UAV with an admissible trajectory has no plan at all.",
+        "True for the published parameters if h_b = H, but not as stated: each of 0 ∈ Û, h_c, h_b, T_s and T_b can be "
+        "chosen such that a UAV with an admissible trajectory has no plan at all. That T_s and T_b divide T stands in "
+        "the proof, 0 ∈ Û is in the domain of f̂_i (4) and in (13e).",
     ),
     ProofClaim(
         "theorem-1-feasible",

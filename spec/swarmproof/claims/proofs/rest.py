@@ -149,22 +149,32 @@ CLAIMS: tuple[ProofClaim, ...] = (
     ProofClaim(
         "lemma-4",
         _PRINTED,
-        "Two entries that satisfy (13b)–(13d) and (18) satisfy (19); and (21), for which the proof of Theorem 1 needs "
-        "it.",
-        "Lemma 4; proof of Theorem 1",
-        f"{_SYSTEM} Neither UAV was planned. No rest in the second question; rest, but h_c·T_c < H·T in the third.",
+        "Two entries of UAVs that were not planned satisfy (19) if they satisfy (18).",
+        "Lemma 4",
+        f"{_SYSTEM} H = 1, T_c = T.",
+        {LITERAL: _apart_late(in_rounds(1), [Fraction(1)], Fraction(1), rest=False)},
+        _PROVED,
+        "True, and it says nothing new: (19) is (18) once more, at the same times.",
+    ),
+    ProofClaim(
+        "lemma-4-use",
+        _PRINTED,
+        "Two entries of UAVs that were not planned satisfy (21) if they satisfy (18), as the proof of Theorem 1 uses "
+        "Lemma 4.",
+        "Proof of Theorem 1: “Corollary 1, Lemma 3 and 4 then lead to equation (21)”",
+        f"{_SYSTEM} First, (13b)–(13d) without rest, as Lemma 4 has no other hypothesis; second, with (13e), which "
+        "Theorem 1 assumes, and h_c·T_c < H·T.",
         {
-            LITERAL: _apart_late(in_rounds(1), [Fraction(1)], Fraction(1), rest=False),
             NO_REST: special(_apart_late(in_rounds(1), times_18(in_rounds(1)), Fraction(2), rest=False), _STEADY),
             TOO_SHORT: special(
                 _apart_late(_SHORT, times_18(_SHORT), Fraction(2), rest=True), _BRAKING | hovering("j", _SHORT)
             ),
         },
         _FALSE,
-        "(19) is (18) once more, the same times; (21) is T later, when two UAVs can have flown into each other.",
+        "(21) is T later than (18), when two UAVs can have flown into each other.",
     ),
     ProofClaim(
-        "lemma-4",
+        "lemma-4-use",
         _REPAIRED,
         "Two entries that satisfy (13b)–(13e) and (18), or (20), satisfy (21), if h_c·T_c ≥ H·T.",
         "Lemma 4; proof of Theorem 1",
@@ -202,7 +212,7 @@ CLAIMS: tuple[ProofClaim, ...] = (
         "unique-entry",
         _PRINTED,
         "A plan that begins on an entry of D_i(k) (13b) begins in the state of the reference that UAV i flies.",
-        "Lemma 1; eq. (13b); Theorem 1, which speaks of all entries of D_i(k)",
+        "Lemma 1; eq. (13b), without Section 4.2.3's “sole entry”",
         "One axis, T_s = T, H = 3. UAV i flies an entry of D_i(k) (Lemma 1), b; the plan begins on a, from which b was "
         "planned. Both satisfy (13b)–(13e).",
         _continues(in_rounds(3), one_entry=False),
@@ -218,7 +228,7 @@ CLAIMS: tuple[ProofClaim, ...] = (
         "As in the printed reading.",
         _continues(in_rounds(3), one_entry=True),
         _PROVED,
-        "Line 17 is needed for this, though no statement of Section 4.3 names it as a hypothesis.",
+        "Line 17 is needed for this; Section 4.2.3 says so, the statements of Section 4.3 do not name it.",
     ),
     ProofClaim(
         "entry-jump",

@@ -101,8 +101,9 @@ def _horizons(shorts: Sequence[int]) -> Mapping[str, Question]:
         for m in RATIOS
         for short in shorts
         for name, step in {
-            "the candidate": Step((eq_20(m, short),), planes(m, short), rest(m)),
-            "the next round": Step((eq_21(m, short),), next_round(eq_20(m, short), m), rest(m, new=True)),
+            # with a single sample less for H = 1 and T = T_c there would be none at all
+            "the candidate": Step((eq_20(m, short),), planes(m, short), rest(m), 2),
+            "the next round": Step((eq_21(m, short),), next_round(eq_20(m, short), m), rest(m, new=True), 2),
         }.items()
     }
 
@@ -163,7 +164,8 @@ CLAIMS: tuple[ProofClaim, ...] = (
         _NO_REST,
         _by_ratio(lambda m: Step((eq_20(m),), planes(m), None)),
         _FALSE,
-        "(20) ends at h = h_c − 1, (13f) at h_c.",
+        "(20) ends at h = h_c − 1, (13f) at h_c. Theorem 1 assumes (13e), which fills it if h_c·T_c ≥ H·T; (22) does "
+        "not say that it is used.",
     ),
     ProofClaim(
         "candidate-samples",
@@ -200,7 +202,7 @@ CLAIMS: tuple[ProofClaim, ...] = (
         _PRINTED,
         "The induction goes through whatever h_c·T_c is; here, one sample less than H·T.",
         "Theorem 1: h_c and H are not related",
-        f"{_ALL} Terminal rest (13e).",
+        "For every H ≥ 2 and T/T_c = 1, 2, 3, 4. Terminal rest (13e).",
         _horizons((1,)),
         _FALSE,
         "For T = T_c the candidate can break (13f) at its last sample; for larger T, (21) does not give (20).",
@@ -210,7 +212,7 @@ CLAIMS: tuple[ProofClaim, ...] = (
         _REPAIRED,
         "The induction goes through if h_c·T_c ≥ H·T.",
         "Theorem 1",
-        f"{_ALL} Terminal rest (13e); h_c·T_c is H·T, or T_c or 2T_c more.",
+        "For every H ≥ 2 and T/T_c = 1, 2, 3, 4. Terminal rest (13e); h_c·T_c is H·T, or T_c or 2T_c more.",
         _horizons((0, -1, -2)),
         _PROVED,
         "The horizon of (13f) must reach the end of the trajectories; the published h_c = 30, H = 15, T/T_c = 2 does.",
