@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,21 @@ Booleans = NDArray[np.bool_]
 
 #: Unit roundoff of float64.
 ROUNDOFF = 2.0**-53
+
+
+class Asked(NamedTuple):
+    """The d̂_min of planes that are midway between UAVs, and of the others, as floats."""
+
+    halfway: float
+    full: float
+
+
+@lru_cache(maxsize=64)
+def asked(lattice: Lattice, tolerance: Tolerance, scaled: bool) -> Asked:
+    """Return the d̂_min that planes with this tolerance ask for, in the lattice's scaled unit if `scaled`, else in m."""
+    unit = lattice.scaled_unit if scaled else 1
+    halfway, full = (tolerance.asked(lattice.parameters.d_hat_min, halfway) for halfway in (True, False))
+    return Asked(float(halfway / unit), float(full / unit))
 
 
 @dataclass(frozen=True)
@@ -41,10 +56,6 @@ class Planes:
     halfway: Booleans
     owners: tuple[int, ...]
     tolerance: Tolerance = EXACT
-
-    def asked(self, halfway: bool, lattice: Lattice) -> Fraction:
-        """Return the d̂_min (m) of the planes that are midway between UAVs, or of the others."""
-        return self.tolerance.asked(lattice.parameters.d_hat_min, halfway)
 
     @cached_property
     def squares(self) -> Floats:
@@ -79,8 +90,7 @@ def wrong_sides(plan: Plan, planes: Planes) -> NDArray[np.intp]:
     apart = planes.others - plan.scaled_from(plan.start)  # integers below 2⁵¹: exact
     products = planes.normals * apart
     dot = np.einsum("nhx->nh", products)
-    halfway, full = (float(planes.asked(halfway, lattice) / lattice.scaled_unit) for halfway in (True, False))
-    reach = planes.lengths * np.where(planes.halfway[:, None], halfway, full)
+    reach = planes.lengths * np.where(planes.halfway[:, None], *asked(lattice, planes.tolerance, scaled=True))
     right = np.where(planes.halfway[:, None], 0.5 * (reach + planes.squares), reach)
     # With u the unit roundoff: a sum of three rounded products is off by at most 3u(1+u)²·Σ|product|; `squares` has
     # relative error at most 3u(1+u)², its root at most 3u, d̂ as a float less than 2u, so `right` less than 9u in all.
@@ -110,11 +120,18 @@ def old_satisfies(old: Plan, start: int, planes: Planes) -> bool:
     tolerance, d̂ depends on that; the larger one is enough for both.
     """
     lattice = old.lattice
-    enough = float(lattice.square(max(planes.asked(halfway, lattice) for halfway in (True, False))))
+    enough = _enough(lattice, planes.tolerance)
     # the relative error of `squares` is at most 3u(1+u)², that of `enough` u, that of the product below another u
     if old.fault is None and (planes.squares >= enough * (1 + 8 * ROUNDOFF)).all():
         return True
     return broken_constraint(old.shifted(start), old, planes) is None
+
+
+@lru_cache(maxsize=64)
+def _enough(lattice: Lattice, tolerance: Tolerance) -> float:
+    """Return the square of the larger d̂_min that planes ask for, in units of |q|²."""
+    d_hat_min = lattice.parameters.d_hat_min
+    return float(lattice.square(max(tolerance.asked(d_hat_min, halfway) for halfway in (True, False))))
 
 
 def right_side(
@@ -132,5 +149,5 @@ def right_side(
     dot, square = sum(a * b for a, b in zip(n, delta, strict=True)), sum(a * a for a in n)
     # both sides multiplied so that what is left is x ≥ d̂‖n‖ with an integer x
     left = 2 * dot - square if halfway else dot
-    asked = tolerance.asked(lattice.parameters.d_hat_min, halfway)
-    return square > 0 and left >= 0 and left * left >= lattice.square(asked) * square
+    distance = tolerance.asked(lattice.parameters.d_hat_min, halfway)
+    return square > 0 and left >= 0 and left * left >= lattice.square(distance) * square

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmproof.motion.lattice import Floats
+from swarmproof.planning.accept import asked
 from swarmproof.planning.problem import Model, Task, rightness
 from swarmproof.planning.solvers import QuadraticProgram, Solver, Status
 
@@ -46,7 +47,7 @@ class Rows:
         size = planes.lengths[:, 1:] * unit
         # a normal of length zero gives a row that nothing satisfies
         n = planes.normals[:, 1:] * (unit / np.maximum(size, unit))[:, :, None]
-        halfway, full = (float(planes.asked(halfway, model.lattice)) for halfway in (True, False))
+        halfway, full = asked(model.lattice, planes.tolerance, scaled=False)
         needed = np.where(planes.halfway[:, None], 0.5 * (halfway + size), full)
         self.normals = n @ model.theta_inverse
         self._beyond = np.einsum("nhx,nhx->nh", n, planes.others[:, 1:]) * unit - needed
