@@ -107,7 +107,8 @@ def _print_claims(console: Console, audited: Sequence[Audited]) -> None:
     if changed:
         console.print(f"Not as recorded: {', '.join(changed)}", style="red", soft_wrap=True)
     else:
-        console.print("Every verdict is the one on record. `--claim ID` shows the evidence, `--report DIR` all of it.")
+        text = "Every verdict is the one on record. `--claim ID` shows the evidence, `--report DIR` all of it."
+        console.print(text, soft_wrap=True)
 
 
 def _verdict(audited: Audited) -> str:

@@ -14,6 +14,7 @@ from collections.abc import Iterator, Sequence
 from enum import IntEnum
 from typing import NamedTuple
 
+from swarmproof.statements.motion import State, after
 from swarmproof.statements.polynomial import Number, Polynomial, as_polynomial, constant, variable, variables
 from swarmproof.statements.statement import Condition, Solvable, Statement, above, at_least, equal
 
@@ -32,22 +33,6 @@ class Order(IntEnum):
     ACCELERATION = 2
 
 
-class State(NamedTuple):
-    """Position (m), velocity (m/s) and acceleration (m/s²) on one axis."""
-
-    p: Polynomial
-    v: Polynomial
-    a: Polynomial
-
-    def after(self, jerk: Polynomial, time: Polynomial) -> State:
-        """Return the state after `time` (s) with this jerk (m/s³)."""
-        return State(
-            self.p + self.v * time + self.a * time**2 / 2 + jerk * time**3 / 6,
-            self.v + self.a * time + jerk * time**2 / 2,
-            self.a + jerk * time,
-        )
-
-
 class Moment(NamedTuple):
     """The time `time` (s) after the start of a period T_s; periods are counted from 1."""
 
@@ -58,8 +43,8 @@ class Moment(NamedTuple):
         """Return the state of the motion that starts at (p, v, a) and has jerks j_1, j_2, …"""
         state = State(*variables("p v a"))
         for period in range(1, self.period):
-            state = state.after(jerk(period), T_S)
-        return state.after(jerk(self.period), self.time)
+            state = after(state, jerk(period), T_S)
+        return after(state, jerk(self.period), self.time)
 
 
 def jerk(period: int) -> Polynomial:

@@ -59,10 +59,10 @@ class Axis:
         return after(state, 0, left)
 
 
-def after(state: State, jerk: Polynomial | Number, time: Number) -> State:
+def after(state: State, jerk: Polynomial | Number, time: Polynomial | Number) -> State:
     """Return the state `time` (s) later, under a constant jerk (Taylor's formula, which is exact here)."""
     p, v, a = state
-    t = Fraction(time)
+    t = time if isinstance(time, Polynomial) else Fraction(time)
     return State(
         p + v * t + a * (t**2 / 2) + jerk * (t**3 / 6),
         v + a * t + jerk * (t**2 / 2),
