@@ -12,7 +12,7 @@ import numpy as np
 
 from swarmproof.adapters.mlr import observe
 from swarmproof.assess.chain import explain
-from swarmproof.assess.observing import View, observe_round, reference_pieces
+from swarmproof.assess.observing import View, distances_to_targets, observe_round, reference_pieces
 from swarmproof.assess.separation import Separation
 from swarmproof.claims.flight import (
     FLIGHT_CLAIMS,
@@ -255,9 +255,7 @@ class Judge:
             self._change, self._arrived_at, self._adopted = change, None, 0
         for old, new in zip(flown.before.swarm.uavs, after.swarm.uavs, strict=True):
             self._adopted += old.followed != new.followed
-        unit = float(self._lattice.position_unit)
-        here = np.array([after.followed(i).state_at(after.k)[0] for i in range(scenario.uavs)]) * unit
-        distances = np.sqrt(((here - np.array(scenario.targets_at(after.k - 1))) ** 2).sum(axis=1))
+        distances = distances_to_targets(scenario, self._lattice, flown)
         self._late = [int(i) for i in np.flatnonzero(distances > ARRIVED)]
         if not self._late and self._arrived_at is None:
             self._arrived_at = after.k

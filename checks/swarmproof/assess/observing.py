@@ -14,6 +14,7 @@ from swarmproof.flight.state import FlightState, Name, Round
 from swarmproof.mlr.messages import Metadata
 from swarmproof.motion.lattice import Floats, Lattice
 from swarmproof.planning.plan import Plan
+from swarmproof.scenario.scenario import Scenario
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,3 +103,11 @@ def closest_references(lattice: Lattice, state: FlightState) -> Approach | None:
     names = [(i, uav.followed.metadata) for i, uav in enumerate(state.swarm.uavs)]
     positions = np.array([state.plans[name].scaled_from(k)[: lattice.steps] for name in names])
     return closest_at_samples(lattice, k, names, positions.transpose(1, 0, 2))
+
+
+def distances_to_targets(scenario: Scenario, lattice: Lattice, flown: Round) -> Floats:
+    """Return how far the UAVs are, at the end of a round, from the targets that they had in it, in m, shape (N,)."""
+    after = flown.after
+    here = np.array([after.followed(i).state_at(after.k)[0] for i in range(scenario.uavs)])
+    there = np.array(scenario.targets_at(flown.before.k))
+    return np.asarray(np.sqrt(((here * float(lattice.position_unit) - there) ** 2).sum(axis=1)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from swarmproof.assess.judge import Flown, Judge
@@ -14,8 +14,10 @@ from swarmproof.flight.tracking import TrackingError
 from swarmproof.motion.lattice import Lattice
 from swarmproof.planning.planner import Planner
 from swarmproof.planning.trigger import Trigger
-from swarmproof.scenario.scenario import Scenario
-from swarmproof.semantics.switches import Semantics
+from swarmproof.scenario.scenario import Scenario, load
+from swarmproof.semantics.switches import SWITCHES, BadInput, Semantics
+
+MOST_CUS = 16
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,29 @@ class Setting:
     trigger: Trigger
     semantics: Semantics
     seed: int
+
+    @classmethod
+    def parse(cls, scenario: str, cus: int, trigger: str, preset: str, changes: Iterable[str], seed: int) -> Setting:
+        """Return the setting that the options of `swarmproof fly` describe.
+
+        Args:
+            scenario: a TOML file, or the name of one that ships.
+            cus: M.
+            trigger: RR, DT or HT.
+            preset: of the semantics.
+            changes: ``NAME=VALUE`` for a switch of the semantics, or for anything in the scenario that can be changed.
+            seed: of the scenario, too.
+
+        Raises:
+            BadInput: one of them cannot be.
+        """
+        if not 1 <= cus <= MOST_CUS:
+            raise BadInput(f"--cus {cus} cannot be flown: choose 1 to {MOST_CUS}")
+        if trigger not in list(Trigger):
+            raise BadInput(f"there is no trigger {trigger!r}: choose {', '.join(Trigger)}")
+        switches, of_scenario = _split(changes)
+        semantics = Semantics.parse(preset, ["initial=known", *switches, "event_trigger=round-robin"])
+        return cls(load(scenario, seed, of_scenario), cus, Trigger(trigger), semantics, seed)
 
     def flight(self, plans: Plans | None = None) -> Flight:
         """Return the flight, with its own planner if none is given."""
@@ -77,3 +102,15 @@ def fly(
             raise
     result = judge.finish()
     return result, time.perf_counter() - begin
+
+
+def _split(texts: Iterable[str]) -> tuple[list[str], list[str]]:
+    """Return the changes of switches and those of the scenario."""
+    switches: list[str] = []
+    changes: list[str] = []
+    for text in texts:
+        name = text.partition("=")[0]
+        if name == "event_trigger":
+            raise BadInput("--set event_trigger does not go with flights, in which --trigger says whom the CUs plan")
+        (switches if name in SWITCHES else changes).append(text)
+    return switches, changes

@@ -25,10 +25,9 @@ from swarmproof.planning.trigger import Trigger
 from swarmproof.report import flight_page, flight_words
 from swarmproof.report.flight_patterns import write_patterns
 from swarmproof.report.folder import claim_file, claim_folder
-from swarmproof.scenario.scenario import SHIPPED, load
-from swarmproof.semantics.switches import PRESETS, SWITCHES, BadInput, Semantics
+from swarmproof.scenario.scenario import SHIPPED
+from swarmproof.semantics.switches import PRESETS, BadInput
 
-MOST_CUS = 16
 #: Forms of --loss that are no loss models but searches for losses.
 SEARCHES = ("adversary:BUDGET", "exhaustive:ROUNDS")
 MOST_ROUNDS = 100_000
@@ -82,7 +81,9 @@ def run(options: argparse.Namespace) -> int:
         BadInput: a scenario, option or file that cannot be.
     """
     console = Console(stderr=options.json == "-", highlight=False)
-    setting = _setting(options)
+    setting = Setting.parse(
+        options.scenario, options.cus, options.trigger, options.semantics, options.set, options.seed
+    )
     rounds = setting.scenario.rounds if options.rounds is None else options.rounds
     if not 1 <= rounds <= MOST_ROUNDS:
         raise BadInput(f"--rounds {rounds} cannot be flown: choose 1 to {MOST_ROUNDS}")
@@ -183,29 +184,6 @@ def _bar(unit: str) -> Progress:
         TextColumn("{task.description}"),
     )
     return Progress(*columns, console=Console(stderr=True), transient=True)
-
-
-def _setting(options: argparse.Namespace) -> Setting:
-    if not 1 <= options.cus <= MOST_CUS:
-        raise BadInput(f"--cus {options.cus} cannot be flown: choose 1 to {MOST_CUS}")
-    if options.trigger not in list(Trigger):
-        raise BadInput(f"there is no trigger {options.trigger!r}: choose {', '.join(Trigger)}")
-    switches, changes = _split(options.set)
-    semantics = Semantics.parse(options.semantics, ["initial=known", *switches, "event_trigger=round-robin"])
-    scenario = load(options.scenario, options.seed, changes)
-    return Setting(scenario, options.cus, Trigger(options.trigger), semantics, options.seed)
-
-
-def _split(texts: Iterable[str]) -> tuple[list[str], list[str]]:
-    """Return the changes of switches and those of the scenario."""
-    switches: list[str] = []
-    changes: list[str] = []
-    for text in texts:
-        name = text.partition("=")[0]
-        if name == "event_trigger":
-            raise BadInput("--set event_trigger does not go with flights, in which --trigger says whom the CUs plan")
-        (switches if name in SWITCHES else changes).append(text)
-    return switches, changes
 
 
 def _print(console: Console, headline: str, claims: Iterable[Judged | Decided]) -> None:
