@@ -34,6 +34,7 @@ KEYS: dict[str, tuple[type, ...]] = {
     "cus": (int,),
     "rounds": (int,),
     "seed": (int,),
+    "changed": (list,),
     "min_separation": (dict,),
     "qps": (dict,),
     "arrived": (bool,),
@@ -197,6 +198,34 @@ def test_what_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
     assert "How " not in said
 
 
+#: One of each kind of what can be changed.
+CHANGES = ["jitter=0.02", "assignment=shuffled", "hold=7", "jerk=0.002", "horizon=12", "retry=0", "offer=highest"]
+
+
+def test_what_is_changed_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    """All that is not as published, listed or usual is in the words and in the document, so that none is unseen."""
+    arguments = ["fly", "crossing", *(word for change in CHANGES for word in ("--set", change))]
+    content = document(capsys, arguments, 0)
+    shipped = ["workspace=-1.7,1.7,-1.7,1.7,0.4,3"]
+    assert content["rounds"] == 7
+    assert sorted(content["changed"]) == sorted([*shipped, "band=5", *CHANGES])
+    assert document(capsys, FINE, 0)["changed"] == [*shipped, "band=5"]
+    assert document(capsys, [*FINE, "--set", "band=0.5"], 0)["changed"] == shipped
+    assert main(arguments) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert f"; parameters {', '.join(content['changed'])}. Samples" in said
+    assert main([*arguments, "--loss", "exhaustive:1"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert f"; parameters {', '.join(content['changed'])}. Swarms" in said
+
+
+def test_what_is_said_to_be_changed_flies_the_same(capsys: pytest.CaptureFixture[str]) -> None:
+    """The texts in the document are those with which `--set` flies it again."""
+    first = document(capsys, [*FINE, "--set", "jitter=1e-3", "--set", "detour_noise=0.1", "--set", "T_c=0.05"], 0)
+    again = document(capsys, [*FINE, *(word for change in first["changed"] for word in ("--set", change))], 0)
+    assert _timeless(first) == _timeless(again)
+
+
 def test_a_violation_is_explained(capsys: pytest.CaptureFixture[str]) -> None:
     """Where trajectories come too close, the chain of events is printed."""
     assert main(BAD) == 1
@@ -316,6 +345,10 @@ def test_bad_scenarios(old: str, new: str, says: str, tmp_path: Path, capsys: py
         (["crossing", "--set", "rejoin=maybe"], "switch rejoin has no value 'maybe'"),
         (["crossing", "--set", "rejoin"], "--set"),
         (["crossing", "--set", "v_mux=3"], "did you mean v_max?"),
+        (["crossing", "--set", "jiter=3"], "did you mean jitter?"),
+        (["crossing", "--set", "jitter=-1"], "jitter must not be negative, but it is -1"),
+        (["crossing", "--set", "offer=best"], "[choices]: offer must be lowest or highest, not 'best'"),
+        (["random", "--set", "assignment=shuffled"], "are drawn anew each time: assignment must be listed"),
         (["crossing", "--set", "v_max=fast"], "'fast' is not a number"),
         (["crossing", "--set", "uavs=3"], "uavs cannot be changed, since the positions are given one by one"),
         (["circle", "--set", "uavs=1"], "uavs"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from dataclasses import replace
 from fractions import Fraction
 from itertools import combinations
@@ -13,11 +14,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import swarmproof.scenario.scenario as documented
+from swarmproof.scenario.choices import CHOICES
+from swarmproof.scenario.definition import WEIGHTS
 from swarmproof.scenario.formations import FORMATIONS, antipodes, circle, cube, line, plane, pyramid, sphere
-from swarmproof.scenario.points import PER_METRE, ROOM, closest_pair, draw
-from swarmproof.scenario.scenario import SHIPPED, Point, Scenario, TargetChange, Weights, load
-from swarmproof.semantics.switches import BadInput
-from swarmproof.theorem3.parameters import PUBLISHED_SCALING, Box, Parameters, diagonal
+from swarmproof.scenario.points import PER_METRE, ROOM, closest_pair, disturbed, draw, shuffled
+from swarmproof.scenario.scenario import SHIPPED, USUAL, Choices, Point, Scenario, TargetChange, Weights, load
+from swarmproof.semantics.switches import SWITCHES, BadInput
+from swarmproof.theorem3.parameters import NAMES, PUBLISHED_SCALING, Box, Parameters, diagonal
 
 SETTINGS = settings(max_examples=60, deadline=None, derandomize=True, database=None)
 
@@ -253,6 +256,175 @@ def test_changes_apply() -> None:
     assert len(scenario.targets_at(0)) == 10
     assert load("random", changes=["uavs=12"]).uavs == len(load("random", changes=["uavs=12"]).targets_at(75)) == 12
     assert load("crossing", changes=["horizon=2"]).horizon == 2
+
+
+# What can be changed
+
+
+def _seeds(name: str, count: int, *changes: str) -> list[Scenario]:
+    return [load(name, seed, changes) for seed in range(count)]
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_jitter_moves_starts_a_little(name: str) -> None:
+    """Every coordinate of a start moves, by no more than `jitter`, and another way with each seed; targets stay."""
+    scenarios = _seeds(name, 8, "jitter=0.02")
+    moves = []
+    for seed, moved in enumerate(scenarios):
+        as_listed = load(name, seed)
+        assert moved == load(name, seed, ["jitter=0.02"])
+        assert moved.targets == as_listed.targets
+        assert moved.targets_at(10**4) == as_listed.targets_at(10**4)
+        pairs = [
+            (a, b)
+            for one, other in zip(moved.starts, as_listed.starts, strict=True)
+            for a, b in zip(one, other, strict=True)
+        ]
+        moves += [a - b for a, b in pairs]
+    assert max(map(abs, moves)) <= 0.02 + 1e-15
+    assert len(set(moves)) == len(moves)
+    # uniform: the mean of n draws is 0 up to some 4 · 0.0116 / sqrt(n), and some come near the ends
+    assert abs(sum(moves) / len(moves)) < 4 * 0.0116 / math.sqrt(len(moves))
+    assert min(moves) < -0.017
+    assert max(moves) > 0.017
+
+
+def test_jitter_is_independent_for_each_uav() -> None:
+    """A UAV is disturbed as much however many others there are, and twice as much with twice the jitter."""
+    few, many = load("circle", 3, ["uavs=4", "jitter=0.01"]), load("circle", 3, ["uavs=16", "jitter=0.02"])
+    moved = [
+        [b - a for a, b in zip(load("circle", 3, [f"uavs={one.uavs}"]).starts[0], one.starts[0], strict=True)]
+        for one in (few, many)
+    ]
+    assert moved[1] == pytest.approx([2 * move for move in moved[0]])
+
+
+def test_jitter_stays_in_the_space() -> None:
+    """What would leave the flying space stops at its wall, also where no float is exactly on it (3.7)."""
+    space = "workspace=-1.7,1.7,-3.7,3.7,0.875,1.125"
+    starts = [start for one in _seeds("crossing", 20, "jitter=0.5", space) for start in one.starts]
+    assert {z for _, _, z in starts} >= {0.875, 1.125}
+    wall = Fraction(37, 10)
+    assert Fraction(3.7) > wall
+    ((_, y, _),) = disturbed([(0.0, 3.69, 1.0)], ((-wall, wall),) * 3, Fraction(100), _seed_for(1))
+    assert y == math.nextafter(3.7, 0)
+    ((_, y, _),) = disturbed([(0.0, 3.69, 1.0)], ((-wall, wall),) * 3, Fraction(100), _seed_for(-1))
+    assert y == -math.nextafter(3.7, 0)
+
+
+def _seed_for(sign: int) -> int:
+    """Return a seed with which the jitter of UAV 0 in y has this sign, and is not small."""
+    space = ((Fraction(-1000), Fraction(1000)),) * 3
+    return next(s for s in range(100) if sign * disturbed([(0.0, 0.0, 0.0)], space, Fraction(1), s)[0][1] > 0.2)
+
+
+def test_without_jitter_nothing_moves() -> None:
+    """`jitter=0` is what is flown if nothing is said."""
+    assert load("circle", 5, ["jitter=0"]) == load("circle")
+
+
+def test_shuffled_targets_are_a_permutation() -> None:
+    """Each change has the listed points, in another order for each change and seed; starts stay."""
+    listed = load("formations")
+    orders = set()
+    for permuted in _seeds("formations", 5, "assignment=shuffled"):
+        assert permuted.starts == listed.starts
+        for one, other in zip(permuted.targets, listed.targets, strict=True):
+            assert one.round == other.round
+            assert sorted(one.points) == sorted(other.points)
+            orders.add(tuple(other.points.index(point) for point in one.points))
+    assert len(orders) == 5 * len(listed.targets)
+    assert load("formations", 3, ["assignment=shuffled"]) == load("formations", 3, ["assignment=shuffled"])
+    assert load("formations", 3, ["assignment=listed"]) == listed
+
+
+def test_every_permutation_is_drawn_as_often() -> None:
+    """Of 600 seeds, each of the 6 orders of three targets gets about 100."""
+    counts = Counter(shuffled(((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (2.0, 0.0, 0.0)), seed, "x") for seed in range(600))
+    assert len(counts) == 6
+    # five standard deviations of a binomial distribution
+    assert all(abs(count - 100) < 5 * math.sqrt(600 * 5 / 36) for count in counts.values())
+
+
+def test_hold_moves_the_changes() -> None:
+    """`hold` sets how far changes are apart, and the flight's length; the points stay, whatever order they have."""
+    listed, held = (
+        load("formations", 2, ["assignment=shuffled"]),
+        load("formations", 2, ["assignment=shuffled", "hold=250"]),
+    )
+    assert [change.round for change in held.targets] == [0, 250, 500, 750]
+    assert [change.points for change in held.targets] == [change.points for change in listed.targets]
+    assert held.rounds == 1000
+    assert held.targets_at(249) == held.targets_at(0) != held.targets_at(250)
+    assert load("circle", 0, ["hold=77"]).rounds == 77
+
+
+def test_hold_of_random_targets() -> None:
+    """Where random targets are drawn for ever, `hold` is how often; how long the flight is, is not changed."""
+    held = load("random", 0, ["hold=40"])
+    assert held.rounds == load("random").rounds
+    assert [held.target_change_before(k) for k in (39, 40, 79, 80)] == [0, 40, 40, 80]
+    assert held.targets_at(0) == load("random").targets_at(0)
+    assert len({held.targets_at(k) for k in range(0, 400, 40)}) == 10
+
+
+def test_weights_and_choices_are_changed_by_name() -> None:
+    """Every weight and every choice can be set; what is not set stays as the scenario has it."""
+    texts = [f"{name}={i}" for i, name in enumerate(WEIGHTS, 2)]
+    assert load("circle", 0, texts).weights == Weights(2, 3, 4, 5, 6, 7)
+    assert load("circle", 0, ["band=0.5"]).weights == Weights(band=0.5)
+    assert load("circle", 0, ["jerk=1e-2"]).weights == Weights(jerk=0.01, band=5)
+    for name in CHOICES:
+        (text,) = (text for text in OTHER if text.startswith(f"{name}="))
+        chosen = load("circle", 0, [text]).choices
+        assert chosen.differences() == [text]
+        assert chosen != USUAL
+    assert load("circle", 0, OTHER).choices == Choices("linear", 0, "off", 0.25, 0, 7, "highest")
+    assert load("circle", 0, [f"{name}={getattr(USUAL, name)}" for name in CHOICES]) == load("circle")
+
+
+OTHER = (
+    "priority_scale=linear",
+    "retry=0",
+    "detours=off",
+    "detour_step=0.25",
+    "detour_noise=0",
+    "detour_rounds=7",
+    "offer=highest",
+)
+
+
+def test_a_file_has_all_of_it(tmp_path: Path) -> None:
+    """What --set can change, a file can have: the same scenario comes out; --set wins over the file."""
+    path = tmp_path / "mine.toml"
+    text = Path(documented.__file__).with_name("formations.toml").read_text()
+    own = "jitter = 0.02\nassignment = 'shuffled'\nhold = 250\n[choices]\nretry = 0\noffer = 'highest'\n[parameters]"
+    path.write_text(text.replace("[parameters]", own).replace("round = 110\n", ""))
+    changes = ["jitter=0.02", "assignment=shuffled", "hold=250", "retry=0", "offer=highest"]
+    assert load(str(path), 4) == load("formations", 4, changes)
+    assert load(str(path), 4, ["jitter=0", "hold=9", "retry=5"]) == load(
+        "formations", 4, ["jitter=0", "hold=9", *changes[1:2], "retry=5", "offer=highest"]
+    )
+
+
+def test_all_names_differ() -> None:
+    """What a name means does not depend on who reads it: parameters, switches, weights, choices, the scenario's own."""
+    names = [*NAMES, *SWITCHES, *(name for table in documented.CHANGEABLE.values() for name in table)]
+    assert len(names) == len(set(names))
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_differences_make_the_scenario_again(name: str) -> None:
+    """What `differences` says, set on the same name, gives the same scenario: nothing that was changed is unsaid."""
+    assert load(name).differences() == ["workspace=-1.7,1.7,-1.7,1.7,0.4,3", "band=5"]
+    changes = ["T_c=0.05", "v_max=1", "horizon=20", "jerk=0.5", "tolerance=0.01", "jitter=1e-3", "hold=30", *OTHER]
+    if name != "random":
+        changes.append("assignment=shuffled")
+    for some in (changes, *([change] for change in changes)):
+        scenario = load(name, 1, some)
+        said = scenario.differences()
+        assert {change.partition("=")[0] for change in said} >= {change.partition("=")[0] for change in some}
+        assert load(name, 1, said) == scenario
 
 
 def test_files_are_read(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from swarmproof.scenario.points import MOST_TRIES
-from swarmproof.scenario.scenario import Redraw, Scenario, TargetChange, Weights, load
+from swarmproof.scenario.scenario import Choices, Redraw, Scenario, TargetChange, Weights, load
 from swarmproof.semantics.switches import BadInput
 
 GOOD = """\
@@ -312,11 +312,86 @@ def test_what_is_no_table_is_said(tmp_path: Path) -> None:
         (["T_b=0.2", "T_s=0.4"], "T_b=0.2 must equal T_s=0.4, one period"),
         (["d_hat_min=1.5"], "the starts of UAV 0 and UAV 1 are too close: their scaled distance is 1.20104 m, but"),
         (["workspace=-1,1,-1,1,1.1,2"], "the start of UAV 0 is outside the flying space: z=1 is not in 1.1…2"),
+        (["jitter=-0.1"], "jitter must not be negative, but it is -0.1"),
+        (["jitter=much"], "jitter: 'much' is not a number: write a decimal such as 0.1 or a fraction such as 1/6"),
+        (["jitter=0.1", "workspace=-0.5,1,-1,1,0.4,2"], "the start of UAV 0 is outside the flying space: x=-0.6"),
+        (["assignment=random"], "assignment must be listed or shuffled, not 'random'"),
+        (["assignment="], "assignment must be listed or shuffled, not ''"),
+        (["hold=0"], "hold must be a whole number from 1 to 100000, not 0"),
+        (["hold=-5"], "hold must be a whole number from 1 to 100000, not -5"),
+        (["hold=1.5"], "hold must be a whole number from 1 to 100000, not 1.5"),
+        (["hold=long"], f"hold: 'long' {NO_NUMBER}"),
+        (["band=-1"], "[weights]: the weight band must be 0 or a positive number, not -1"),
+        (["position=0"], "[weights]: the weight position must be positive, not 0"),
+        (["band_width=wide"], f"[weights]: band_width: 'wide' {NO_NUMBER}"),
+        (["band_with=1"], "--set: there is no parameter 'band_with': did you mean band_width?"),
+        (["jiter=1"], "--set: there is no parameter 'jiter': did you mean jitter?"),
+        (["detour_steps=1"], "--set: there is no parameter 'detour_steps': did you mean detour_step?"),
+        (["assignement=listed"], "--set: there is no parameter 'assignement': did you mean assignment?"),
+        (["=1"], "--set: there is no parameter '': choose one of T_c, "),
+        (["jitter"], "--set 'jitter' is not of the form NAME=VALUE, such as T_c=0.05"),
+        (["priority_scale=log"], "[choices]: priority_scale must be logarithmic or linear, not 'log'"),
+        (["detours=0"], "[choices]: detours must be on or off, not '0'"),
+        (["offer=last"], "[choices]: offer must be lowest or highest, not 'last'"),
+        (["retry=-1"], "[choices]: retry must be a whole number from 0 to 100000, not -1"),
+        (["retry=2.5"], "[choices]: retry must be a whole number from 0 to 100000, not 2.5"),
+        (["retry=never"], f"[choices]: retry: 'never' {NO_NUMBER}"),
+        (["detour_rounds=0"], "[choices]: detour_rounds must be a whole number from 1 to 100000, not 0"),
+        (["detour_step=-0.6"], "[choices]: detour_step must not be negative, but it is -0.6"),
+        (["detour_noise=-1"], "[choices]: detour_noise must not be negative, but it is -1"),
+        (["detour_noise=loud"], f"[choices]: detour_noise: 'loud' {NO_NUMBER}"),
     ],
 )
 def test_a_mistaken_change_is_one_sentence(tmp_path: Path, changes: list[str], said: str) -> None:
     """A change that cannot be applied is refused with this sentence."""
     assert _mistake(tmp_path, GOOD, *changes).startswith(said)
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("jitter = [1]", "jitter: a list is not a number"),
+        ("jitter = true", "jitter: true is not a number"),
+        ("assignment = 1", "assignment must be listed or shuffled, not 1"),
+        ("assignment = ['shuffled']", "assignment must be listed or shuffled, not a list"),
+        ("hold = true", "hold: true is not a number"),
+        ("hold = 100001", "hold must be a whole number from 1 to 100000, not 100001"),
+        ("holds = 3", "there is no key 'holds' here: did you mean hold?"),
+        ("choices = 1", "1 is not a table: write a line [choices]"),
+        ("choices.retry = '1/2'", "[choices]: retry must be a whole number from 0 to 100000, not 0.5"),
+        ("choices.detours = true", "[choices]: detours must be on or off, not true"),
+        ("choices.offer = 1", "[choices]: offer must be lowest or highest, not 1"),
+        ("choices.priority_scale = []", "[choices]: priority_scale must be logarithmic or linear, not a list"),
+        ("choices.detour_step = 'far'", f"[choices]: detour_step: 'far' {NO_NUMBER}"),
+        ("choices.detour_noise = [1]", "[choices]: detour_noise: a list is not a number"),
+        ("choices.detour_rounds = false", "[choices]: detour_rounds: false is not a number"),
+        ("choices.jitter = 0.1", "[choices]: there is no key 'jitter' here: choose one of priority_scale, retry"),
+    ],
+)
+def test_a_mistaken_key_is_one_sentence(tmp_path: Path, line: str, said: str) -> None:
+    """What can be changed is checked in a file as well, whatever type it has there."""
+    assert _mistake(tmp_path, f"{line}\n{GOOD}").startswith(said)
+
+
+def test_hold_is_bounded_by_the_longest_flight(tmp_path: Path) -> None:
+    """With two changes, each can hold for half of the longest flight only."""
+    text = GOOD.replace(TARGETS, f"{TARGETS}\n{AGAIN}")
+    assert _mistake(tmp_path, text, "hold=50001") == "hold must be a whole number from 1 to 50000, not 50001"
+
+
+def test_starts_that_jitter_brings_together_are_refused() -> None:
+    """The sentence says that it was jitter: as listed, these starts are far enough apart."""
+    said = "scenario circle: the starts of UAV 0 and UAV 1 after jitter are too close: their scaled distance is "
+    with pytest.raises(BadInput, match=f"^{said}0.110285 m, but d_hat_min=0.25 m is needed$"):
+        load("circle", 0, ["jitter=0.5"])
+
+
+def test_targets_that_are_drawn_anew_are_not_shuffled(tmp_path: Path) -> None:
+    """Shuffling new draws would mean nothing, so it is refused."""
+    said = _mistake(tmp_path, GOOD.replace(TARGETS, RANDOM), "assignment=shuffled")
+    assert said == (
+        "the table 1 of [[targets]]: random targets with every are drawn anew each time: assignment must be listed"
+    )
 
 
 def test_the_number_of_uavs_is_bounded() -> None:
@@ -414,6 +489,20 @@ def test_what_is_no_scenario_file_is_said(tmp_path: Path) -> None:
             lambda one: replace(one, weights=Weights(jerk=math.inf)),
             "the weight jerk must be 0 or a positive number, not inf",
         ),
+        (
+            lambda one: replace(one, choices=Choices(detour_noise=math.nan)),
+            "detour_noise must be 0 or a positive number of metres, not nan",
+        ),
+        (
+            lambda one: replace(one, choices=Choices(detour_step=-0.1)),
+            "detour_step must be 0 or a positive number of metres, not -0.1",
+        ),
+        (lambda one: replace(one, choices=Choices(retry=-1)), "retry must be from 0 to 100000 rounds, not -1"),
+        (
+            lambda one: replace(one, choices=Choices(detour_rounds=0)),
+            "detour_rounds must be from 1 to 100000 rounds, not 0",
+        ),
+        (lambda one: replace(one, choices=Choices(offer="both")), "offer must be lowest or highest, not 'both'"),
     ],
 )
 def test_a_scenario_made_in_python_is_checked_too(change: Callable[[Scenario], Scenario], said: str) -> None:

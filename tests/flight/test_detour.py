@@ -17,12 +17,9 @@ from swarmproof.assess.run import fly
 from swarmproof.channel.losses import parse
 from swarmproof.flight.state import Round
 from swarmproof.motion.lattice import Floats
-from swarmproof.planning import detour
 from swarmproof.planning.detour import (
     CLOSE,
-    LONGEST,
     SLOW,
-    STEP,
     Detour,
     current,
     makes_room,
@@ -31,9 +28,12 @@ from swarmproof.planning.detour import (
 )
 from swarmproof.planning.outlook import ARRIVED, Outlook
 from swarmproof.planning.trigger import Trigger
-from swarmproof.scenario.scenario import Scenario, TargetChange, Weights
+from swarmproof.scenario.scenario import USUAL, Choices, Scenario, TargetChange, Weights
 
 Point = tuple[float, float, float]
+STEP, LONGEST = USUAL.detour_step, USUAL.detour_rounds
+#: Detours without noise.
+QUIET = Choices(detour_noise=0.0)
 BOX: Floats = np.array([[-1.7, -1.7, 0.4], [1.7, 1.7, 3.0]])
 COORDINATES = st.floats(-1.5, 1.5)
 POINTS = st.tuples(COORDINATES, COORDINATES, COORDINATES)
@@ -145,28 +145,54 @@ def test_the_conditions_are_those_of_the_appendix(i: Point, j: Point, to_i: Poin
 # Where to
 
 
-def quiet(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Switch the noise off."""
-    monkeypatch.setattr(detour, "NOISE", 0.0)
-
-
-def test_a_detour_leads_away_from_the_other_uav(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_detour_leads_away_from_the_other_uav() -> None:
     """Without noise, the intermediate target is a step further away from the other UAV, on the line through both."""
-    quiet(monkeypatch)
-    (found,) = plan_detours(seen([HERE, AHEAD], [AIM, OTHER_AIM]), 7, [0], BOX, (1,))
+    (found,) = plan_detours(seen([HERE, AHEAD], [AIM, OTHER_AIM]), 7, [0], BOX, (1,), QUIET)
     assert (found.uav, found.other, found.since) == (0, 1, 7)
     assert found.point == pytest.approx((-STEP, 0, 1), abs=1e-12)
 
 
-def test_a_detour_is_for_the_nearest_rival(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_detour_is_for_the_nearest_rival() -> None:
     """Of several UAVs that it is to make room for, UAV i makes room for the closest."""
-    quiet(monkeypatch)
     others = [(0.5, 0.0, 1.0), (0.0, 0.3, 1.0), (0.6, 0.0, 1.0)]
     outlook = seen([HERE, *others], [(1, 1, 1), (-2, 0, 1), (0, -2, 1), (-2, 0, 1)])
     assert all(makes_room(outlook, 0, j) for j in (1, 2, 3))
-    (found,) = plan_detours(outlook, 0, [0], BOX, (1,))
+    (found,) = plan_detours(outlook, 0, [0], BOX, (1,), QUIET)
     assert found.other == 2
     assert found.point == pytest.approx((0, -STEP, 1), abs=1e-12)
+
+
+def test_the_step_can_be_chosen() -> None:
+    """Another step leads so much further away, and widens the way beside which another UAV lies."""
+    far = Choices(detour_step=1.2, detour_noise=0.0)
+    (found,) = plan_detours(seen([HERE, AHEAD], [AIM, OTHER_AIM]), 7, [0], BOX, (1,), far)
+    assert found.point == pytest.approx((-1.2, 0, 1), abs=1e-12)
+    beside = seen([(0, 0.51 * STEP, 1), AHEAD], [(0, 0.51 * STEP, 1), OTHER_AIM])
+    assert makes_room(beside, 0, 1, far)
+    assert not makes_room(beside, 0, 1)
+
+
+def test_the_noise_can_be_chosen() -> None:
+    """The noise is the same draw, as many times larger as is chosen."""
+
+    def offset(noise: float) -> Floats:
+        outlook = seen([HERE, AHEAD], [AIM, OTHER_AIM])
+        (found,) = plan_detours(outlook, 7, [0], 100 * BOX - 80, (1,), Choices(detour_noise=noise))
+        return np.array(found.point) - (-STEP, 0, 1)
+
+    assert np.abs(offset(0.3)).min() > 1e-3
+    assert offset(0.6) == pytest.approx(2 * offset(0.3))
+    assert offset(USUAL.detour_noise) == pytest.approx(offset(0.3), abs=0)
+
+
+def test_the_usual_detour_is_as_documented() -> None:
+    """Unless a scenario chooses otherwise, the step is 0.6 m, the noise 0.3 m, and the end comes after 15 rounds."""
+    outlook = seen([HERE, AHEAD], [AIM, OTHER_AIM])
+    (found,) = plan_detours(outlook, 7, [0], BOX, (1,))
+    noise = np.random.default_rng([1, 7, 0]).normal(0.0, 0.3, 3)
+    expected = np.array([0.0, 0.0, 1.0]) + 0.6 * np.array([-1.0, 0.0, 0.0]) + noise
+    assert found.point == tuple(np.clip(expected, BOX[0], BOX[1]).tolist())
+    assert [k for k in range(7, 40) if current([found], outlook, k)] == list(range(7, 22))
 
 
 def test_only_assigned_uavs_get_detours() -> None:
@@ -214,6 +240,8 @@ def test_a_detour_ends() -> None:
     found = Detour(0, 1, (0, 0, 1), 10)
     assert current([found], outlook, 10 + LONGEST - 1) == [found]
     assert current([found], outlook, 10 + LONGEST) == []
+    assert current([found], outlook, 10 + LONGEST, Choices(detour_rounds=LONGEST + 1)) == [found]
+    assert current([found], outlook, 12, Choices(detour_rounds=2)) == []
     gone = seen([HERE, AHEAD], [AIM, (0.5, 0.1, 1)])
     assert not makes_room(gone, 0, 1)
     assert current([found, Detour(1, 0, (0, 0, 1), 10)], gone, 11) == [Detour(1, 0, (0, 0, 1), 10)]
@@ -244,12 +272,13 @@ def head_on(
     loss: str = "none",
     rounds: int = 60,
     height: float = 1.0,
+    choices: Choices = USUAL,
 ) -> Seen:
     """Fly two UAVs head on, exactly: everything is symmetric but their numbers."""
     units = lattice()
     starts = ((-0.6, 0.0, 1.0), (0.6, 0.0, height))
     targets = (TargetChange(0, starts[::-1]),)
-    scenario = Scenario("head on", units.parameters, units.horizon, Weights(), starts, targets, rounds)
+    scenario = Scenario("head on", units.parameters, units.horizon, Weights(), starts, targets, rounds, choices=choices)
     what = setting(scenario, cus, seed, trigger=trigger)
     known, announced, paths = [], [], []
 
@@ -286,10 +315,9 @@ def test_a_symmetric_deadlock_is_resolved_whatever_the_rest(trigger: Trigger, cu
     assert found.flown.arrived
 
 
-def test_without_detours_it_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_detours_it_is_not() -> None:
     """The tests before can fail: without the high-level planner, the two stand before each other for ever."""
-    monkeypatch.setattr("swarmproof.flight.fly.swarm_deadlocked", lambda _: False)
-    found = head_on(rounds=120)
+    found = head_on(rounds=120, choices=Choices(detours="off"))
     assert not any(any(known) for known in found.known)
     assert not found.flown.arrived
 

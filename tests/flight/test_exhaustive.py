@@ -561,3 +561,20 @@ def test_brute_force_in_the_second_round(trigger: Trigger) -> None:
     for _, at_cus, at_uavs in outcomes(flight, start, computed):
         state = flight.receive(start, computed, at_cus, at_uavs).after
         assert by_brute_force(flight, state) == by_outcomes(flight, state)
+
+
+def both_planned(what: Setting) -> Iterator[tuple[Flight, FlightState]]:
+    """Yield states in which both CUs plan the same UAV."""
+    flight = what.flight(Remembering(planner_of(what)))
+    for seed in range(20):
+        for round_ in flight.rounds(flight.initial(), parse("iid:0.3", 2, 2, seed), 12):
+            made = [one.task.i for one in round_.computed.attempts if one is not None and one.planned.plan is not None]
+            if len(made) == 2 and len(set(made)) == 1:
+                yield flight, round_.before
+
+
+@pytest.mark.parametrize("offer", ["lowest", "highest"])
+def test_rounds_with_two_offers_are_those_of_brute_force(offer: str) -> None:
+    """The same where a UAV is offered two new trajectories, whichever of them it is chosen to follow."""
+    flight, state = next(both_planned(setting("crossing", 2, 0, [f"offer={offer}"], semantics="ignore-loss")))
+    assert by_brute_force(flight, state) == by_outcomes(flight, state)

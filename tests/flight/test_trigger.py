@@ -19,7 +19,8 @@ from swarmproof.motion.lattice import Floats
 from swarmproof.planning.outlook import ARRIVED, NEIGHBOURHOOD, STILL, Outlook, look
 from swarmproof.planning.plan import Plan
 from swarmproof.planning.planner import Planner
-from swarmproof.planning.trigger import DEADLOCKED, LARGEST, LONGEST, OLDEST, RETRY, SHORTEST, Trigger, priorities
+from swarmproof.planning.trigger import DEADLOCKED, LARGEST, LONGEST, OLDEST, SHORTEST, Trigger, priorities
+from swarmproof.scenario.scenario import USUAL, Choices
 
 EVERY = pytest.mark.parametrize("trigger", list(Trigger))
 DISTANCES = st.one_of(st.just(0.0), st.floats(1e-6, 1e6))
@@ -41,9 +42,10 @@ def announced(
     ages: Sequence[int],
     deadlocked: Sequence[bool] | None = None,
     planned: int | None = None,
+    choices: Choices = USUAL,
 ) -> tuple[int, ...]:
     """Return the priorities of UAVs with these distances (m) and ages (rounds)."""
-    return priorities(trigger, seen(distances, deadlocked), np.array(ages, np.int64), planned)
+    return priorities(trigger, seen(distances, deadlocked), np.array(ages, np.int64), planned, choices)
 
 
 @given(st.lists(st.tuples(DISTANCES, AGES, st.booleans()), min_size=1, max_size=8), st.data())
@@ -60,7 +62,7 @@ def test_priorities_are_eight_bits(trigger: Trigger, uavs: list[tuple[float, int
         assert priority <= LARGEST < 2**8
         assert (priority == JUST_RECALCULATED) == (i == planned)
         assert priority >= (0 if i == planned else DEADLOCKED)
-        if deadlocked[i] and ages[i] <= RETRY and i != planned:
+        if deadlocked[i] and ages[i] <= USUAL.retry and i != planned:
             assert priority == DEADLOCKED == 1
 
 
@@ -126,12 +128,52 @@ def test_equals_tie(trigger: Trigger) -> None:
 @EVERY
 def test_a_deadlocked_uav_is_tried_again_after_a_while(trigger: Trigger) -> None:
     """It has priority 1 for 20 rounds, less than any UAV that is away, then its own again; never if it is planned."""
-    for age in (1, RETRY):
+    for age in (1, USUAL.retry):
         blocked, free = announced(trigger, (1.0, 0.2), (age, max(age, 2)), (True, False))
         assert blocked == DEADLOCKED < free
-    blocked, free = announced(trigger, (1.0, 1.0), (RETRY + 1,) * 2, (True, False))
+    blocked, free = announced(trigger, (1.0, 1.0), (USUAL.retry + 1,) * 2, (True, False))
     assert blocked == free
     assert announced(trigger, (1.0, 1.0), (5, 5), (True, False), planned=0)[0] == JUST_RECALCULATED
+
+
+@EVERY
+def test_a_deadlocked_uav_can_be_given_up(trigger: Trigger) -> None:
+    """Another number of rounds can be chosen; with 0, the UAV has priority 1 for as long as it is deadlocked."""
+    for retry, age, tried in ((3, 3, False), (3, 4, True), (0, 1, False), (0, 10**9, False), (20, 21, True)):
+        blocked, free = announced(trigger, (1.0, 1.0), (age, age), (True, False), choices=Choices(retry=retry))
+        assert blocked == (free if tried else DEADLOCKED)
+        assert free >= DEADLOCKED
+
+
+def test_the_usual_priorities_are_as_documented() -> None:
+    """Unless a scenario chooses otherwise, the scale is logarithmic from 0.01 m to 10 m, and 20 rounds are waited."""
+    assert announced(Trigger.DT, (0.01, 0.1, 1.0, 10.0), (1,) * 4) == (1, 86, 170, 255)
+    assert announced(Trigger.HT, (0.1, 1.0, 10.0, 10.0), (1, 1, 1, 100)) == (52, 103, 153, 255)
+    assert announced(Trigger.DT, (1.0, 1.0), (20, 21), (True, True)) == (1, 170)
+
+
+LINEAR = Choices(priority_scale="linear")
+
+
+@given(st.lists(st.tuples(DISTANCES, AGES), min_size=1, max_size=8))
+@pytest.mark.parametrize(("trigger", "largest"), [(Trigger.DT, LONGEST), (Trigger.HT, LONGEST * OLDEST)])
+@examples(100)
+def test_the_scale_can_be_linear(trigger: Trigger, largest: float, uavs: list[tuple[float, int]]) -> None:
+    """On the linear scale, a priority is within half a step of its share of the upper end, and at least 1."""
+    distances, ages = zip(*uavs, strict=True)
+    found = announced(trigger, distances, ages, choices=LINEAR)
+    for priority, distance, age in zip(found, distances, ages, strict=True):
+        value = distance * (max(age, 1) if trigger is Trigger.HT else 1)
+        assert DEADLOCKED <= priority <= LARGEST
+        assert abs(priority - 1 - 254 * min(value / largest, 1)) <= 0.5 + 1e-9
+
+
+def test_a_linear_scale_tells_small_distances_apart_no_more() -> None:
+    """Half a metre and its hundredth differ on the logarithmic scale, hardly on the linear one; ages never change."""
+    assert announced(Trigger.HT, (0.5, 0.005), (2, 2), choices=LINEAR) == (1, 1)
+    assert announced(Trigger.HT, (0.5, 0.005), (2, 2)) == (103, 1)
+    assert announced(Trigger.DT, (5, 10, 99), (1,) * 3, choices=LINEAR) == (128, 255, 255)
+    assert announced(Trigger.RR, (5, 5), (3, 300), choices=LINEAR) == announced(Trigger.RR, (5, 5), (3, 300))
 
 
 # The deadlock test

@@ -31,7 +31,6 @@ from swarmproof.flight.fly import Flight
 from swarmproof.flight.state import Computed, FlightState, Round
 from swarmproof.mlr import algorithm1
 from swarmproof.mlr.network import Reception, cu_receptions, uav_receptions
-from swarmproof.mlr.uav import adopt, offers
 from swarmproof.planning.planner import Planner
 from swarmproof.semantics.switches import BadInput
 
@@ -284,8 +283,7 @@ def outcomes(
         return cu, flight.learn(state, computed, w, got)
 
     def at_uav(i: int, got: Reception) -> Hashable:
-        uav = computed.after.uavs[i]
-        return adopt(uav, got.inbox, next(iter(offers(uav, got.inbox)), None))
+        return flight.follow(computed.after.uavs[i], got.inbox)
 
     cus, uavs = len(computed.after.cus), len(computed.after.uavs)
     per_receiver = [_distinct(cu_receptions(w, computed.air, flight.semantics), partial(at_cu, w)) for w in range(cus)]

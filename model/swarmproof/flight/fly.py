@@ -16,13 +16,13 @@ from swarmproof.channel.deliver import deliver
 from swarmproof.channel.losses import LossModel
 from swarmproof.flight.state import Attempt, Computed, FlightState, Knowledge, KnownTarget, Name, Round
 from swarmproof.mlr import algorithm1
-from swarmproof.mlr.algorithm1 import ComputeUnit, CuState
+from swarmproof.mlr.algorithm1 import ComputeUnit, CuState, Inbox
 from swarmproof.mlr.algorithm2 import InformationTracker
 from swarmproof.mlr.event_trigger import NO_OPINION
 from swarmproof.mlr.messages import HOVERING, Metadata, TrajectoryMessage
 from swarmproof.mlr.network import Reception, on_air
 from swarmproof.mlr.swarm import Swarm, initial_swarm
-from swarmproof.mlr.uav import adopt, offers
+from swarmproof.mlr.uav import Uav, adopt, offers
 from swarmproof.motion.lattice import Lattice
 from swarmproof.planning.detour import Detour, current, plan_detours, swarm_deadlocked
 from swarmproof.planning.outlook import Outlook, look
@@ -120,7 +120,7 @@ class Flight:
                 if seen is None:
                     return (NO_OPINION,) * len(trackers)
                 ages = np.array([k - tracker.trajectories[0].metadata.round for tracker in trackers])
-                return priorities(self.trigger, seen, ages, planned)
+                return priorities(self.trigger, seen, ages, planned, self.scenario.choices)
 
             after, message = algorithm1.transmit(cu, state.k, decision, self.semantics, calculate)
             attempts.append(attempt)
@@ -136,10 +136,7 @@ class Flight:
         self, state: FlightState, computed: Computed, at_cus: Sequence[Reception], at_uavs: Sequence[Reception]
     ) -> Round:
         """Return the round in which CUs and UAVs received this: Algorithm 2 on all CUs, adoption by all UAVs."""
-        uavs = tuple(
-            adopt(uav, got.inbox, next(iter(offers(uav, got.inbox)), None))
-            for uav, got in zip(computed.after.uavs, at_uavs, strict=True)
-        )
+        uavs = tuple(self.follow(uav, got.inbox) for uav, got in zip(computed.after.uavs, at_uavs, strict=True))
         cus = tuple(
             algorithm1.update(cu, got.inbox, self.cus, self.semantics)
             for cu, got in zip(computed.after.cus, at_cus, strict=True)
@@ -153,6 +150,12 @@ class Flight:
             tuple(at_uavs),
             FlightState(swarm, self._named(swarm, state, computed), knowledge),
         )
+
+    def follow(self, uav: Uav, inbox: Inbox) -> Uav:
+        """Return the UAV after it received `inbox`: offered several new trajectories, it follows the chosen one."""
+        offered = offers(uav, inbox)
+        best = 0 if self.scenario.choices.offer == "lowest" else -1
+        return adopt(uav, inbox, offered[best] if offered else None)
 
     def rounds(self, state: FlightState, losses: LossModel, count: int) -> Iterator[Round]:
         """Yield `count` rounds from `state` on, in which the messages are lost that `losses` says."""
@@ -183,10 +186,13 @@ class Flight:
 
     def _detours(self, k: int, cu: ComputeUnit, known: Knowledge, outlook: Outlook) -> tuple[Detour, ...]:
         """Return the detours of the UAVs that this CU looks after: those with i mod M = w."""
+        choices = self.scenario.choices
+        if choices.detours == "off":
+            return ()
         mine = [i for i in range(self.scenario.uavs) if i % self.cus == cu.w]
-        going_on = current([detour for detour in known.detours if detour.uav in mine], outlook, k)
+        going_on = current([detour for detour in known.detours if detour.uav in mine], outlook, k, choices)
         if not going_on and not known.detours and swarm_deadlocked(outlook):
-            going_on = plan_detours(outlook, k, mine, self._box, (self._seed,))
+            going_on = plan_detours(outlook, k, mine, self._box, (self._seed,), choices)
         return tuple(going_on)
 
     def _plan(self, state: FlightState, cu: ComputeUnit, i: int, outlook: Outlook) -> Attempt:

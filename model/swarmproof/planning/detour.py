@@ -1,6 +1,7 @@
 """The high-level planner (Appendix B.1): in a deadlock, UAVs that are in others' ways get intermediate targets.
 
-The paper leaves open: all thresholds, the length of a detour and its noise. They are constants here.
+The paper leaves open: all thresholds, the length of a detour and its noise. The thresholds are constants here, the
+others choices of the scenario.
 """
 
 from __future__ import annotations
@@ -12,15 +13,12 @@ import numpy as np
 
 from swarmproof.motion.lattice import Floats
 from swarmproof.planning.outlook import ARRIVED, Outlook
+from swarmproof.scenario.scenario import USUAL, Choices
 
 #: m/s; a deadlock of the swarm is possible only while no UAV is faster.
 SLOW = 0.05
 #: m; only UAVs this close to each other make room.
 CLOSE = 1.0
-#: m; how far away from the other UAV an intermediate target is, and the standard deviation of its noise.
-STEP, NOISE = 0.6, 0.3
-#: Rounds after which a detour ends at the latest; no new ones are planned before.
-LONGEST = 15
 
 
 class Detour(NamedTuple):
@@ -39,7 +37,9 @@ def swarm_deadlocked(outlook: Outlook) -> bool:
     return bool(slow and away.any() and outlook.deadlocked[away].all())
 
 
-def plan_detours(outlook: Outlook, k: int, assigned: Iterable[int], box: Floats, seed: Sequence[int]) -> list[Detour]:
+def plan_detours(
+    outlook: Outlook, k: int, assigned: Iterable[int], box: Floats, seed: Sequence[int], choices: Choices = USUAL
+) -> list[Detour]:
     """Return the detours of those UAVs of `assigned` that are to make room for another UAV.
 
     Args:
@@ -48,22 +48,23 @@ def plan_detours(outlook: Outlook, k: int, assigned: Iterable[int], box: Floats,
         assigned: the UAVs of this CU.
         box: the flying space in m, shape (2, 3).
         seed: of the noise; together with k and the UAV it determines it.
+        choices: the length of the detours, and the size of the noise.
     """
     detours = []
     for i in assigned:
-        rivals = [j for j in range(len(outlook.positions)) if j != i and makes_room(outlook, i, j)]
+        rivals = [j for j in range(len(outlook.positions)) if j != i and makes_room(outlook, i, j, choices)]
         if not rivals:
             continue
         apart = [float(np.linalg.norm(outlook.positions[j] - outlook.positions[i])) for j in rivals]
         nearest = rivals[int(np.argmin(apart))]
         away = (outlook.positions[i] - outlook.positions[nearest]) / max(min(apart), 1e-9)
-        noise = np.random.default_rng([*seed, k, i]).normal(0.0, NOISE, 3)
-        x, y, z = np.clip(outlook.positions[i] + STEP * away + noise, box[0], box[1])
+        noise = np.random.default_rng([*seed, k, i]).normal(0.0, choices.detour_noise, 3)
+        x, y, z = np.clip(outlook.positions[i] + choices.detour_step * away + noise, box[0], box[1])
         detours.append(Detour(i, nearest, (float(x), float(y), float(z)), k))
     return detours
 
 
-def makes_room(outlook: Outlook, i: int, j: int) -> bool:
+def makes_room(outlook: Outlook, i: int, j: int, choices: Choices = USUAL) -> bool:
     """Say whether UAV i is to make room for UAV j: the three conditions of Appendix B.1."""
     to_other = outlook.positions[j] - outlook.positions[i]
     if float(np.linalg.norm(to_other)) > CLOSE or outlook.distances[j] <= ARRIVED:
@@ -71,19 +72,24 @@ def makes_room(outlook: Outlook, i: int, j: int) -> bool:
     if outlook.distances[j] < outlook.distances[i]:
         return False
     towards = float((outlook.targets[i] - outlook.positions[i]) @ to_other) > 0 and outlook.distances[i] > ARRIVED
-    return towards or _between(outlook, i, j)
+    return towards or _between(outlook, i, j, choices.detour_step)
 
 
-def _between(outlook: Outlook, i: int, j: int) -> bool:
-    """Say whether UAV i lies between UAV j and its target: beside the way, at most half a step off it."""
+def _between(outlook: Outlook, i: int, j: int, step: float) -> bool:
+    """Say whether UAV i lies between UAV j and its target: beside the way, at most half a `step` (m) off it."""
     way = outlook.targets[j] - outlook.positions[j]
     ahead = outlook.positions[i] - outlook.positions[j]
     share = float(ahead @ way) / float(way @ way)
-    return 0 < share < 1 and float(np.linalg.norm(ahead - share * way)) < STEP / 2
+    return 0 < share < 1 and float(np.linalg.norm(ahead - share * way)) < step / 2
 
 
-def current(detours: Iterable[Detour], outlook: Outlook, k: int) -> list[Detour]:
-    """Return the detours that go on: not too old, and the reason for them still there."""
+def current(detours: Iterable[Detour], outlook: Outlook, k: int, choices: Choices = USUAL) -> list[Detour]:
+    """Return the detours that go on: not too old, and the reason for them still there.
+
+    No new ones are planned before.
+    """
     return [
-        detour for detour in detours if k - detour.since < LONGEST and makes_room(outlook, detour.uav, detour.other)
+        detour
+        for detour in detours
+        if k - detour.since < choices.detour_rounds and makes_room(outlook, detour.uav, detour.other, choices)
     ]

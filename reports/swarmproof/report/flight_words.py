@@ -41,7 +41,7 @@ def summary(flown: Flown) -> list[str]:
 
 def scope(setting: Setting, loss: str, flown: Flown) -> str:
     """Return what the verdicts are about."""
-    parameters = setting.scenario.parameters.describe() or "published"
+    parameters = ", ".join(setting.scenario.differences()) or "published"
     return (
         f"This flight only: {flown.rounds} rounds, trigger {setting.trigger}, loss {loss}, seed {setting.seed}; "
         f"{setting.semantics.name()}; parameters {parameters}. Samples and constraints were decided exactly, distances "
@@ -88,7 +88,7 @@ def patterns_summary(found: Exhaustive) -> list[str]:
 
 def patterns_scope(setting: Setting, rounds: int, found: Exhaustive) -> str:
     """Return what the verdicts of an exhaustive flight are about."""
-    parameters = setting.scenario.parameters.describe() or "published"
+    parameters = ", ".join(setting.scenario.differences()) or "published"
     stopped = "" if found.stopped is None else f" Not finished: {found.stopped}."
     return (
         f"Every loss of (message, receiver) pairs in the first {rounds} rounds of this scenario, trigger "
@@ -132,6 +132,7 @@ def _header(setting: Setting, rounds: int, separation: Mapping[str, float | None
         "cus": setting.cus,
         "rounds": rounds,
         "seed": setting.seed,
+        "changed": setting.scenario.differences(),
         "min_separation": separation,
         "qps": {"solved": counts.solved, "rejected": counts.rejected, "infeasible": counts.infeasible},
         **_fault_document(setting, counts),

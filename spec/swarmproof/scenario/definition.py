@@ -8,13 +8,14 @@ from dataclasses import dataclass, field, fields
 from fractions import Fraction
 from math import isfinite, sqrt
 
+from swarmproof.scenario.choices import MOST_ROUNDS, USUAL, Choices, changed
 from swarmproof.scenario.points import Point, closest_pair, draw, scaling
 from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.parameters import Box, Parameters, exact_text
 
 FEWEST_UAVS, MOST_UAVS = 2, 64
 SHORTEST_HORIZON, LONGEST_HORIZON = 2, 40
-MOST_ROUNDS = 100_000
+DEFAULT_HORIZON = 15
 #: How many collision samples one period may have, and how large L may be, the least common denominator of Θ⁻¹.
 MOST_SAMPLES = 10
 MOST_DENOMINATOR = 1000
@@ -83,6 +84,9 @@ class Tolerance:
 
 EXACT = Tolerance()
 
+#: Who has which target: as listed, or by a random permutation for each change of the targets.
+ASSIGNMENTS = ("listed", "shuffled")
+
 
 @dataclass(frozen=True, slots=True)
 class TargetChange:
@@ -111,6 +115,10 @@ class Scenario:
         targets: the changes of the targets; if `redraw` is given, it goes on after the last of them.
         rounds: the length of a flight where no other is asked for.
         tolerance: of the rows of (13f) in plans: none, unless this fault is to be flown.
+        choices: what the planner does where the paper is silent.
+        jitter: m; by how much, at most and per axis, `starts` are disturbed already.
+        assignment: one of :data:`ASSIGNMENTS`: whose targets the `targets` are already.
+        hold: rounds between changes of the targets, if these are not the rounds that the scenario gave them.
 
     Raises:
         BadInput: a value that cannot be flown, such as two starts closer than d̂_min.
@@ -125,6 +133,10 @@ class Scenario:
     rounds: int
     redraw: Redraw | None = None
     tolerance: Tolerance = EXACT
+    choices: Choices = USUAL
+    jitter: Fraction = Fraction(0)
+    assignment: str = ASSIGNMENTS[0]
+    hold: int | None = None
     #: the random targets so far, by round: whatever is asked for first, the answers are the same
     _drawn: dict[int, tuple[Point, ...]] = field(default_factory=dict, init=False, repr=False, compare=False)
 
@@ -152,13 +164,13 @@ class Scenario:
                 raise BadInput(
                     f"the targets of round {later.round} come after those of round {earlier.round}: sort them"
                 )
-        _check_points("start", "", self.starts, space, self.parameters)
+        check_points("start", " after jitter" if self.jitter else "", self.starts, space, self.parameters)
         for change in self.targets:
             if len(change.points) != self.uavs:
                 raise BadInput(
                     f"there are {self.uavs} starts, but {len(change.points)} targets from round {change.round} on"
                 )
-            _check_points("target", f" from round {change.round} on", change.points, space, self.parameters)
+            check_points("target", f" from round {change.round} on", change.points, space, self.parameters)
         if self.redraw:
             check_separation(self.redraw.separation, self.parameters)
 
@@ -166,6 +178,25 @@ class Scenario:
     def uavs(self) -> int:
         """N."""
         return len(self.starts)
+
+    def differences(self) -> list[str]:
+        """Return ``NAME=VALUE`` for all that is not as published, or not as listed, or not the usual choice.
+
+        Starts, targets and the number of UAVs are what the scenario's name stands for.
+        """
+        texts = [*self.parameters.differences(), *changed(WEIGHTS, self.weights, Weights())]
+        if self.horizon != DEFAULT_HORIZON:
+            texts.append(f"horizon={self.horizon}")
+        if self.tolerance != EXACT:
+            texts.append(f"tolerance={exact_text(self.tolerance.full)}")
+            texts.append(f"tolerance_halfway={exact_text(self.tolerance.halfway)}")
+        if self.jitter:
+            texts.append(f"jitter={exact_text(self.jitter)}")
+        if self.assignment != ASSIGNMENTS[0]:
+            texts.append(f"assignment={self.assignment}")
+        if self.hold is not None:
+            texts.append(f"hold={self.hold}")
+        return [*texts, *self.choices.differences()]
 
     def targets_at(self, k: int) -> tuple[Point, ...]:
         """Return the target of every UAV in round k >= 0 (m).
@@ -240,7 +271,7 @@ def _round(change: TargetChange) -> int:
     return change.round
 
 
-def _check_points(what: str, when: str, points: Sequence[Point], space: Box, parameters: Parameters) -> None:
+def check_points(what: str, when: str, points: Sequence[Point], space: Box, parameters: Parameters) -> None:
     """Raise :class:`BadInput` unless the points, `what` `when`, are in the flying space and d̂_min apart."""
     for i, point in enumerate(points):
         for axis, value, (low, high) in zip("xyz", point, space, strict=True):

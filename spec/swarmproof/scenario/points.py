@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 from itertools import combinations
-from math import ceil, floor, lcm
+from math import ceil, floor, inf, lcm, nextafter
 from random import Random
 
 from swarmproof.semantics.switches import BadInput
@@ -73,6 +73,40 @@ def draw(
         f"{uavs} random points with separation={exact_text(separation)} do not fit into the flying space: "
         f"{MOST_TRIES} tries found room for {len(points)}, so fewer UAVs or a smaller separation would do"
     )
+
+
+def disturbed(points: Sequence[Point], space: Box, jitter: Fraction, seed: int) -> tuple[Point, ...]:
+    """Return `points`, in the flying space `space`, each moved by up to `jitter` >= 0 (m) per axis within the space.
+
+    Uniform, and independent for each axis and point; how many points there are makes no difference for one of them.
+    As for :func:`draw`, the same arguments give the same points everywhere: ``random.Random(f"{seed} jitter {i}")``.
+    """
+    if not jitter:
+        return tuple(points)
+    most = float(jitter)
+    moved = []
+    for i, point in enumerate(points):
+        random = Random(f"{seed} jitter {i}")
+        wished = (value + most * (2 * random.random() - 1) for value in point)
+        x, y, z = (_clipped(value, low, high) for value, (low, high) in zip(wished, space, strict=True))
+        moved.append((x, y, z))
+    return tuple(moved)
+
+
+def shuffled(points: Sequence[Point], seed: int, label: str) -> tuple[Point, ...]:
+    """Return `points` in a random order that depends on `seed` and `label` only (and on how many there are)."""
+    random = Random(f"{seed} {label}")
+    # sorted by what random() returns, since Python promises nothing about shuffle()
+    return tuple(points[i] for _, i in sorted((random.random(), i) for i in range(len(points))))
+
+
+def _clipped(value: float, low: Fraction, high: Fraction) -> float:
+    """Return the float next to `value` that is exactly between `low` and `high`, if there is one."""
+    if value < low:
+        return float(low) if float(low) >= low else nextafter(float(low), inf)
+    if value > high:
+        return float(high) if float(high) <= high else nextafter(float(high), -inf)
+    return value
 
 
 def _ranges(space: Box) -> list[tuple[int, int]]:

@@ -29,6 +29,17 @@ Instead of `positions`, `formation` names one, with its own keys (m; `centre` is
 In [start], a formation needs `uavs`, how many there are. Random targets can have `every`: from their round on, there
 are new ones every so many rounds, for ever; this must be the last [[targets]].
 
+Beside `horizon`, starts and targets can be changed:
+
+    jitter = 0.02             # m: each start is moved by up to this per axis, at random, within the flying space
+    assignment = "shuffled"   # the targets of each change are permuted at random; "listed", as they are, if not given
+    hold = 250                # rounds between changes of the targets, from round 0 on; `round` is not needed then
+
+Mirrored targets are those of the undisturbed starts. `hold` makes the flight as long as all targets hold; if random
+targets have `every`, it replaces that, and `rounds` stays. These are not shuffled: every change draws anew.
+
+The table [choices], optional, has what the planner does where the paper is silent: see :class:`Choices`.
+
 Beside `horizon`, a fault can be given: `tolerance` (m, 0 if not given) is by how much plans may violate rows of (13f),
 in scaled distance; `tolerance_halfway` changes it for the rows that are midway between UAVs. The claims are checked as
 ever.
@@ -44,12 +55,15 @@ import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+from swarmproof.scenario.choices import CHOICES, LEAST_ROUNDS, MOST_ROUNDS, USUAL, WORDS, Choices
 from swarmproof.scenario.definition import (
+    ASSIGNMENTS,
+    DEFAULT_HORIZON,
     EXACT,
     FEWEST_UAVS,
     LONGEST_HORIZON,
-    MOST_ROUNDS,
     MOST_UAVS,
     SHORTEST_HORIZON,
     WEIGHTS,
@@ -58,23 +72,53 @@ from swarmproof.scenario.definition import (
     TargetChange,
     Tolerance,
     Weights,
+    check_points,
     check_separation,
     flying_space,
     label,
 )
 from swarmproof.scenario.formations import FORMATIONS, antipodes
-from swarmproof.scenario.points import Point, draw
-from swarmproof.scenario.tables import Table, as_table, centre, number, only, points, subtable, text, whole, within
+from swarmproof.scenario.points import Point, disturbed, draw, shuffled
+from swarmproof.scenario.tables import (
+    Table,
+    as_table,
+    centre,
+    not_negative,
+    number,
+    only,
+    points,
+    subtable,
+    text,
+    whole,
+    within,
+    word,
+)
 from swarmproof.semantics.switches import BadInput
-from swarmproof.theorem3.parameters import Parameters, near_match, read_toml, shown
+from swarmproof.theorem3.parameters import NAMES, Parameters, near_match, read_toml, shown
 
-__all__ = ["EXACT", "SHIPPED", "Point", "Redraw", "Scenario", "TargetChange", "Tolerance", "Weights", "load"]
+__all__ = [
+    "DEFAULT_HORIZON",
+    "EXACT",
+    "SHIPPED",
+    "USUAL",
+    "Choices",
+    "Point",
+    "Redraw",
+    "Scenario",
+    "TargetChange",
+    "Tolerance",
+    "Weights",
+    "load",
+]
 
 #: The scenarios that ship; each is a TOML file beside this module.
 SHIPPED: tuple[str, ...] = ("circle", "formations", "crossing", "random")
 
-DEFAULT_HORIZON = 15
 _TOLERANCES = _FULL, _HALFWAY = ("tolerance", "tolerance_halfway")
+#: The optional keys of a scenario itself that can be changed; ``uavs`` can be, too.
+_OWN = ("horizon", *_TOLERANCES, "jitter", "assignment", "hold")
+#: By table, the names in it that can be changed, besides the parameters. No two of all these names are equal.
+CHANGEABLE: dict[str, tuple[str, ...]] = {"": ("uavs", *_OWN), "weights": WEIGHTS, "choices": CHOICES}
 MOST_NAME = 60
 
 
@@ -84,8 +128,8 @@ def load(name_or_path: str, seed: int = 0, changes: Iterable[str] = ()) -> Scena
     Args:
         name_or_path: one of :data:`SHIPPED`, or a path; ``./circle`` is a path.
         seed: of all random points; the same seed gives the same points.
-        changes: ``NAME=VALUE`` for a parameter, ``horizon=H``, ``tolerance=M``, ``tolerance_halfway=M``, or, if no
-            positions are given, ``uavs=N``.
+        changes: ``NAME=VALUE`` for a parameter, a weight, a choice, ``horizon``, ``tolerance``, ``tolerance_halfway``,
+            ``jitter``, ``assignment``, ``hold``, or, if no positions are given, ``uavs``.
 
     Raises:
         BadInput: there is no such scenario, or something in it cannot be.
@@ -105,8 +149,9 @@ def load(name_or_path: str, seed: int = 0, changes: Iterable[str] = ()) -> Scena
 
 def _scenario(table: Table, seed: int, changes: Iterable[str]) -> Scenario:
     """Return the scenario in the file's `table`, with `changes`."""
-    only(table, ("name", "rounds", "horizon", *_TOLERANCES, "parameters", "weights", "start", "targets"))
-    own, of_parameters = _split(changes)
+    only(table, ("name", "rounds", *_OWN, "parameters", "weights", "choices", "start", "targets"))
+    of, of_parameters = _split(changes)
+    own: Table = {**table, **of[""]}
     parameters = Parameters.from_table("[parameters]", subtable(table, "parameters"), of_parameters)
     flying_space(parameters)
     start, targets = subtable(table, "start"), table.get("targets")
@@ -117,28 +162,40 @@ def _scenario(table: Table, seed: int, changes: Iterable[str]) -> Scenario:
         if any("positions" in part for part in (start, *changing)):
             raise BadInput("uavs cannot be changed, since the positions are given one by one")
         start = {**start, "uavs": own["uavs"]}
+    rounds = whole(table, "rounds", 1, MOST_ROUNDS)
+    hold = whole(own, "hold", 1, MOST_ROUNDS // len(changing)) if "hold" in own else None
+    if hold is not None:
+        changing = [_held(part, c, hold) for c, part in enumerate(changing)]
+        rounds = rounds if "every" in changing[-1] else hold * len(changing)
     reader = _Reader(parameters, seed)
     with within("[start]"):
         starts = reader.starts(start)
-    listed: list[TargetChange] = []
-    redraw = None
-    for part in changing:
-        with within(f"the table {len(listed) + 1} of [[targets]]"):
-            if redraw:
-                raise BadInput("it comes after random targets with every, which must be the last")
-            change, redraw = reader.targets(part, starts)
-            listed.append(change)
+    assignment = word({"assignment": ASSIGNMENTS[0], **own}, "assignment", ASSIGNMENTS)
+    listed, redraw = reader.all_targets(changing, starts, assignment)
+    jitter = not_negative({"jitter": 0, **own}, "jitter")
+    if jitter:
+        # what it moves back into the flying space must have been there before
+        check_points("start", "", starts, flying_space(parameters), parameters)
     return Scenario(
         name=text(table, "name", MOST_NAME),
         parameters=parameters,
-        horizon=whole({"horizon": DEFAULT_HORIZON, **table, **own}, "horizon", SHORTEST_HORIZON, LONGEST_HORIZON),
-        weights=_weights(as_table(table.get("weights", {}), "[weights]")),
-        starts=starts,
-        targets=tuple(listed),
-        rounds=whole(table, "rounds", 1, MOST_ROUNDS),
+        horizon=whole({"horizon": DEFAULT_HORIZON, **own}, "horizon", SHORTEST_HORIZON, LONGEST_HORIZON),
+        weights=_weights({**as_table(table.get("weights", {}), "[weights]"), **of["weights"]}),
+        starts=disturbed(starts, flying_space(parameters), jitter, seed),
+        targets=listed,
+        rounds=rounds,
         redraw=redraw,
-        tolerance=_tolerance({**table, **own}),
+        tolerance=_tolerance(own),
+        choices=_choices({**as_table(table.get("choices", {}), "[choices]"), **of["choices"]}),
+        jitter=jitter,
+        assignment=assignment,
+        hold=hold,
     )
+
+
+def _held(part: Table, c: int, hold: int) -> Table:
+    """Return the table `part` of [[targets]], the c-th from 0 on, for changes that are `hold` rounds apart."""
+    return {**part, "round": c * hold, **({"every": hold} if "every" in part else {})}
 
 
 def _tolerance(table: Table) -> Tolerance:
@@ -146,17 +203,39 @@ def _tolerance(table: Table) -> Tolerance:
     return Tolerance(full, number(table, _HALFWAY) if _HALFWAY in table else full)
 
 
-def _split(changes: Iterable[str]) -> tuple[dict[str, object], list[str]]:
-    """Return what is changed of the scenario itself, by name, and the changes of parameters."""
-    own: dict[str, object] = {}
+def _split(changes: Iterable[str]) -> tuple[dict[str, dict[str, object]], list[str]]:
+    """Return what is changed, by the tables of :data:`CHANGEABLE` and by name, and the changes of parameters.
+
+    Raises:
+        BadInput: there is nothing of such a name.
+    """
+    home = {name: table for table, names in CHANGEABLE.items() for name in names}
+    changed: dict[str, dict[str, object]] = {table: {} for table in CHANGEABLE}
     of_parameters = []
     for change in changes:
         name, equals, value = change.partition("=")
-        if equals and name.strip() in ("uavs", "horizon", *_TOLERANCES):
-            own[name.strip()] = value
+        name = name.strip()
+        if equals and name in home:
+            changed[home[name]][name] = value.strip()
+        elif equals and name not in NAMES:
+            raise BadInput(f"--set: there is no parameter {shown(name)}: {near_match(name, (*NAMES, *home))}")
         else:
             of_parameters.append(change)
-    return own, of_parameters
+    return changed, of_parameters
+
+
+def _choices(table: Table) -> Choices:
+    with within("[choices]"):
+        only(table, CHOICES)
+        read: dict[str, Any] = {}
+        for name in table:
+            if name in WORDS:
+                read[name] = word(table, name, WORDS[name])
+            elif name in LEAST_ROUNDS:
+                read[name] = whole(table, name, LEAST_ROUNDS[name], MOST_ROUNDS)
+            else:
+                read[name] = float(not_negative(table, name))
+        return Choices(**read)
 
 
 def _weights(table: Table) -> Weights:
@@ -180,6 +259,25 @@ class _Reader:
         formation = _formation(table, (*FORMATIONS, "random"))
         uavs = whole(table, "uavs", FEWEST_UAVS, MOST_UAVS)
         return self._stand(formation, table, ("formation", "uavs"), uavs, "start")
+
+    def all_targets(
+        self, tables: Sequence[Table], starts: Sequence[Point], assignment: str
+    ) -> tuple[tuple[TargetChange, ...], Redraw | None]:
+        """Return the changes that the `tables` [[targets]] describe, assigned so, and how the last one goes on."""
+        listed: list[TargetChange] = []
+        redraw = None
+        for table in tables:
+            with within(f"the table {len(listed) + 1} of [[targets]]"):
+                if redraw:
+                    raise BadInput("it comes after random targets with every, which must be the last")
+                change, redraw = self.targets(table, starts)
+                if assignment != ASSIGNMENTS[0]:
+                    if redraw:
+                        raise BadInput("random targets with every are drawn anew each time: assignment must be listed")
+                    order = f"assignment {len(listed)}"
+                    change = TargetChange(change.round, shuffled(change.points, self.seed, order))
+                listed.append(change)
+        return tuple(listed), redraw
 
     def targets(self, table: Table, starts: Sequence[Point]) -> tuple[TargetChange, Redraw | None]:
         """Return the change that a table [[targets]] describes, and how it goes on if it has `every`."""

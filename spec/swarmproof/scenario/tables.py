@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
 
@@ -57,6 +57,22 @@ def positive(table: Table, key: str) -> Fraction:
     value = number(table, key)
     if value <= 0:
         raise BadInput(f"{key} must be positive, not {exact_text(value)}")
+    return value
+
+
+def not_negative(table: Table, key: str) -> Fraction:
+    """Return the number `key` of `table`, exactly; it is not negative."""
+    value = number(table, key)
+    if value < 0:
+        raise BadInput(f"{key} must not be negative, but it is {exact_text(value)}")
+    return value
+
+
+def word(table: Table, key: str, words: Sequence[str]) -> str:
+    """Return the value `key` of `table`, one of the `words`."""
+    value = table.get(key)
+    if not isinstance(value, str) or value not in words:
+        raise BadInput(f"{key} must be {' or '.join(words)}, not {shown(value)}")
     return value
 
 
