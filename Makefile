@@ -6,7 +6,7 @@ PIP := PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_CONSTRAINT=$(CURDIR)/constraints.txt 
 # `make verify ARGS="--uavs 2 --cus 2"` verifies a part of the matrix
 ARGS ?=
 
-.PHONY: verify test margins flights bench deep lint wheel record clean
+.PHONY: verify test margins flights experiments bench deep lint wheel record clean
 
 verify: $(VENV)/.installed
 	$(BIN)/swarmproof verify --matrix --report out/verify $(ARGS)
@@ -27,6 +27,17 @@ flights: $(VENV)/.installed
 	$(BIN)/swarmproof fly circle --cus 3 --loss iid:0.1 --report out/flights/iid $(ARGS)
 	$(BIN)/swarmproof fly circle --cus 3 --loss jam:3,10 --report out/flights/jam $(ARGS)
 	$(BIN)/swarmproof fly circle --cus 3 --loss jam:3,10 --semantics ignore-loss --report out/flights/jam-ignored $(ARGS) || test $$? -eq 1
+
+# the paper's experiments in a small version, with a page each; `QUICK=` flies them in full, which takes hours and can be
+# stopped. Some statements do not agree (1), few seeds decide little (3)
+EXPERIMENTS ?= fig3b fig3c fig4 loss
+QUICK ?= --quick
+experiments: $(VENV)/.installed
+	for name in $(EXPERIMENTS); do \
+	  $(BIN)/swarmproof reproduce $$name $(QUICK) --results out/results --report out/experiments/$$name $(ARGS); \
+	  code=$$?; test $$code -eq 0 -o $$code -eq 1 -o $$code -eq 3 || exit $$code; \
+	  test -s out/experiments/$$name/index.html || exit 1; \
+	done
 
 # how long plans and flights take, against other solvers and forms of the problem; one core
 bench: $(VENV)/.installed

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from importlib.metadata import version
 from typing import NoReturn
 
-from swarmproof.commands import audit, claims, fly, margin, replay, verify
+from swarmproof.commands import audit, claims, fly, margin, replay, reproduce, verify
 from swarmproof.semantics.switches import BadInput
 
 BAD_INPUT = 2
@@ -33,7 +33,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"swarmproof {version('swarmproof')}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for command in (verify, fly, margin, audit, claims, replay):
+    for command in (verify, fly, margin, audit, reproduce, claims, replay):
         command.add_parser(commands)
     return parser
 

@@ -1,0 +1,112 @@
+"""The page about an experiment, as HTML and, for code hosts, as Markdown: statements, pictures, tables, choices."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from swarmproof.claims.experiments import Observation
+from swarmproof.report import reproduce_words
+from swarmproof.report.page import PAPER, template
+from swarmproof.report.reproduce_numbers import Data
+from swarmproof.report.reproduce_plots import pictures
+from swarmproof.report.reproduce_tables import cells_csv, tables
+from swarmproof.reproduce.cell import Cell
+from swarmproof.reproduce.decide import Agreement, DecidedClaim, decide_variant
+from swarmproof.reproduce.experiment import Experiment, Variant
+from swarmproof.reproduce.store import Stored
+from swarmproof.semantics.switches import BadInput
+
+#: How verdicts are written, and their style.
+SHOWN: dict[Agreement, tuple[str, str]] = {
+    Agreement.AGREES: ("✓ agrees", "good"),
+    Agreement.DISAGREES: ("✗ disagrees", "bad"),
+    Agreement.UNDECIDED: ("? undecided", "dim"),
+}
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A variant on the page.
+
+    Attributes:
+        verdicts: by claim; None where none of its flights is there.
+    """
+
+    variant: Variant
+    flights: int
+    seeds: int
+    verdicts: Sequence[Agreement | None]
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A claim on the page, with the flight that shows its verdict, if it is one flight."""
+
+    decided: DecidedClaim
+    cell: Cell | None
+
+
+def write_reproduction(folder: Path, experiment: Experiment, found: Mapping[Cell, Stored], quick: bool) -> None:
+    """Write the page into `folder`, which must be there: `index.html`, `README.md`, pictures, and `cells.csv`.
+
+    Args:
+        folder: where they go.
+        experiment: what was flown.
+        found: what is known of its cells; whatever is missing is said to be missing.
+        quick: whether it is the small version.
+
+    Raises:
+        BadInput: a file cannot be written.
+    """
+    every = [Data.of(experiment, variant, found) for variant in experiment.variants]
+    drawn = pictures(every[0])
+    about = _about(experiment, every, found, quick)
+    files: dict[str, bytes] = {picture.name: picture.png for picture in drawn}
+    for name, source in (("index.html", "reproduce.html.j2"), ("README.md", "reproduce.md.j2")):
+        files[name] = template(source).render(**about, pictures=drawn).encode()
+    files["cells.csv"] = cells_csv(every).encode()
+    try:
+        for name, content in files.items():
+            (folder / name).write_bytes(content)
+    except OSError as error:
+        raise BadInput(f"cannot write to {folder}: {error.strerror}; give a folder that can be written to") from None
+
+
+def _about(
+    experiment: Experiment, every: Sequence[Data], found: Mapping[Cell, Stored], quick: bool
+) -> dict[str, object]:
+    """Return what both templates show."""
+    decided = [decide_variant(experiment, data.variant, found) for data in every]
+    cells = experiment.cells
+    there = [found[cell] for cell in cells if cell in found]
+    return {
+        "paper": PAPER,
+        "experiment": experiment,
+        "quick": quick,
+        "flights": len(cells),
+        "there": len(there),
+        "seeds": len(every[0].seeds),
+        "time": reproduce_words.duration(sum(stored.seconds for stored in there)),
+        "claims": [Shown(each, _cell(each.example, every[0])) for each in decided[0]],
+        "tables": [table for table in tables(every[0]) if table.rows],
+        "choices": [_choice(data, claims) for data, claims in zip(every, decided, strict=True)],
+        "shown": SHOWN,
+    }
+
+
+def _choice(data: Data, decided: Sequence[DecidedClaim]) -> Choice:
+    verdicts = [each.verdict if data.cells else None for each in decided]
+    return Choice(data.variant, len(data.cells), len(data.seeds), verdicts)
+
+
+def _cell(example: Observation | None, data: Data) -> Cell | None:
+    """Return the cell in which this was observed."""
+    if example is not None:
+        for cell, stored in data.cells.items():
+            if cell.seed == example.seed and example in data.experiment.observe(
+                cell, stored.measured, data.variant.radius
+            ):
+                return cell
+    return None
