@@ -17,18 +17,13 @@ from swarmproof.claims.experiments import (
     PERIOD_S,
     PRINTED,
     TWO_SECONDS,
-    ExperimentClaim,
-    Missing,
-    Observation,
-    Ordering,
-    Value,
     apart,
     claims_of,
     gain,
     maximum,
-    read,
     similar,
 )
+from swarmproof.claims.repeated import ExperimentClaim, Missing, Observation, Ordering, Value, read
 from swarmproof.reproduce import experiment
 from swarmproof.reproduce.cell import Cell
 from swarmproof.reproduce.decide import Agreement, decide, decide_variant
@@ -103,7 +98,7 @@ def fig3c(
 
 
 def fig4(change: Change = nothing_changed, seeds: Sequence[int] = range(SEEDS)) -> Flights:
-    """Return flights of Fig. 4 as the paper has them; ignoring loss, one start of a two-second jam collides."""
+    """Return flights of Fig. 4 as the paper has them; ignoring loss, two starts of a two-second jam collide."""
     return _changed(
         [
             Observation(
@@ -111,15 +106,16 @@ def fig4(change: Change = nothing_changed, seeds: Sequence[int] = range(SEEDS)) 
                 {"method": method, "trigger": "HT", "jam_start": start, "jam_rounds": length},
                 {
                     "separation_m": 0.25 - seed / 1000,
-                    "collides": method == IGNORING and (start, length) == (3, TWO_SECONDS),
+                    "collides": method == IGNORING and length == TWO_SECONDS and start in (0, 3),
                     "too_close_at_samples": method == IGNORING,
                     "arrival_s": None if method == IGNORING or length == FOR_EVER else 30.0,
+                    "stuck": method == IGNORING or length == FOR_EVER,
                     "halted_s": 3.0 if length == FOR_EVER else None,
                 },
             )
             for seed in seeds
             for method in (MLR, PRINTED, IGNORING)
-            for start in (3, 5)
+            for start in (0, 3, 5)
             for length in (9, TWO_SECONDS, FOR_EVER)
         ],
         change,
@@ -168,13 +164,23 @@ class Case:
 #: For every claim; what disagrees with "never" does so in one flight only.
 CASES = {
     "fig3b-two-beat-one": Case(
-        fig3b(),
+        fig3b(change=change("time_to_target_s", 50.0, cus=2, formation="cube")),
         fig3b({1: 20.0, 2: 40.0, 3: 14.0}),
+        fig3b(change=change("time_to_target_s", 199.0, ODD, cus=2, formation="cube")),
+    ),
+    "fig3b-two-beat-one-each": Case(
+        fig3b(),
+        fig3b(change=change("time_to_target_s", 99.0, cus=2, formation="cube")),
         fig3b(change=change("time_to_target_s", 99.0, ODD, cus=2, formation="cube")),
     ),
     "fig3b-three-beat-two": Case(
-        fig3b(),
+        fig3b(change=change("time_to_target_s", 25.0, cus=3, formation="plane")),
         fig3b({1: 40.0, 2: 14.0, 3: 20.0}),
+        fig3b(change=change("time_to_target_s", None, ODD, cus=3, formation="plane")),
+    ),
+    "fig3b-three-beat-two-each": Case(
+        fig3b(),
+        fig3b(change=change("time_to_target_s", None, cus=3, formation="plane")),
         fig3b(change=change("time_to_target_s", None, ODD, cus=3, formation="plane")),
     ),
     "fig3b-diminishing": Case(
@@ -189,8 +195,8 @@ CASES = {
         fig3c(change=change("time_to_target_s", 1.0, ODD, cus=3, trigger="RR")),
     ),
     "fig3c-similar": Case(
-        fig3c(change=change("time_to_target_s", 99.0, cus=3, trigger="DT", formation="cube")),
-        fig3c({"RR": 30.0, "DT": 30.0, "HT": 14.0}),
+        fig3c(change=change("time_to_target_s", 20.0, cus=3, trigger="DT", formation="cube")),
+        fig3c({"RR": 30.0, "DT": 60.0, "HT": 14.0}),
         fig3c(change=change("time_to_target_s", 99.0, ODD, cus=3, trigger="DT")),
     ),
     "fig3c-ht-earlier": Case(
@@ -210,7 +216,12 @@ CASES = {
     ),
     "fig4-ignoring-collides": Case(
         fig4(change("collides", False, range(1, SEEDS), method=IGNORING)),
-        fig4(change("collides", False, method=IGNORING, jam_rounds=TWO_SECONDS)),
+        fig4(change("collides", False, method=IGNORING, jam_rounds=TWO_SECONDS, jam_start=0)),
+        fig4(change("collides", None, method=IGNORING)),
+    ),
+    "fig4-ignoring-collides-later": Case(
+        fig4(change("collides", False, range(1, SEEDS), method=IGNORING)),
+        fig4(change("collides", False, method=IGNORING, jam_rounds=TWO_SECONDS, jam_start=3)),
         fig4(change("collides", None, method=IGNORING)),
     ),
     "fig4-recovering-safe": Case(
@@ -225,17 +236,12 @@ CASES = {
     ),
     "fig4-recovering-arrives": Case(
         fig4(),
-        fig4(change("arrival_s", None, [4], method=MLR, jam_start=5, jam_rounds=TWO_SECONDS)),
-        [seen for seen in fig4() if seen.labels["jam_rounds"] != TWO_SECONDS],
+        _changed(fig4(change("arrival_s", None, [4], method=MLR, jam_start=5)), change("stuck", True, method=MLR)),
+        fig4(change("arrival_s", None, [4], method=MLR, jam_start=5)),
     ),
     "fig4-halts": Case(
         fig4(change("halted_s", 16 * PERIOD_S, method=MLR)),
         fig4(change("halted_s", 17 * PERIOD_S, [4], method=MLR, jam_start=5)),
-        fig4(change("collides", None, [4], method=MLR)),
-    ),
-    "fig4-halts-in-horizon": Case(
-        fig4(change("halted_s", 15 * PERIOD_S, method=MLR)),
-        fig4(change("halted_s", 16 * PERIOD_S, [4], method=MLR, jam_start=5)),
         fig4(change("collides", None, [4], method=MLR)),
     ),
     "loss-ignoring-collides": Case(

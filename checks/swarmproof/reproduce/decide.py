@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from math import inf
 
-from swarmproof.claims.experiments import (
+from swarmproof.claims.experiments import claims_of
+from swarmproof.claims.repeated import (
     Comparison,
     ExperimentClaim,
     Missing,
@@ -21,7 +22,6 @@ from swarmproof.claims.experiments import (
     Ordering,
     Run,
     Sometimes,
-    claims_of,
 )
 from swarmproof.reproduce.cell import Cell
 from swarmproof.reproduce.compare import CONFIDENCE, compare, fewest, proportion_interval, shared
@@ -43,7 +43,7 @@ class Compared:
 
     Attributes:
         verdict: AGREES if it is as said in more than half of all seeds, ties among them, DISAGREES if the opposite is,
-            by two-sided sign tests that hold for all comparisons of the claim together with 95 %.
+            by sign tests with which the verdict on the claim holds with 95 %.
         seeds: in how many it was made.
         as_said: in how many of them it is as said.
         reversed: in how many of them the opposite is so; the others are ties, or undefined.
@@ -84,17 +84,21 @@ class DecidedClaim:
 
 
 def decide_variant(experiment: Experiment, variant: Variant, found: Mapping[Cell, Stored]) -> list[DecidedClaim]:
-    """Decide all claims about an experiment by those cells of one variant that are found."""
+    """Decide all claims about an experiment by those cells of one variant that are found.
+
+    While some are missing, that something has not happened decides nothing.
+    """
     observations = [
         seen
         for cell in variant.cells
         if cell in found
         for seen in experiment.observe(cell, found[cell].measured, variant.radius)
     ]
-    return [decide(claim, observations) for claim in claims_of(experiment.name)]
+    complete = all(cell in found for cell in variant.cells)
+    return [decide(claim, observations, complete) for claim in claims_of(experiment.name)]
 
 
-def decide(claim: ExperimentClaim, observations: Sequence[Observation]) -> DecidedClaim:
+def decide(claim: ExperimentClaim, observations: Sequence[Observation], complete: bool = True) -> DecidedClaim:
     """Decide a claim; their order does not matter, and without observations that it speaks of it is undecided.
 
     An ordering agrees if at least as many comparisons as it needs are as said, and disagrees if so many are reversed
@@ -104,13 +108,16 @@ def decide(claim: ExperimentClaim, observations: Sequence[Observation]) -> Decid
     """
     if isinstance(claim.statement, Ordering):
         return _decide_ordering(claim, claim.statement, observations)
-    return _decide_event(claim, claim.statement, observations)
+    return _decide_event(claim, claim.statement, observations, complete)
 
 
 def _decide_ordering(claim: ExperimentClaim, ordering: Ordering, observations: Sequence[Observation]) -> DecidedClaim:
     runs = _runs(observations)
-    confidence = shared(CONFIDENCE, len(ordering.comparisons))
-    compared = tuple(_compare(comparison, runs, confidence) for comparison in ordering.comparisons)
+    number = len(ordering.comparisons)
+    # that at least u of n are true is shown by u tests that share the doubt among n - u + 1 (partial conjunction);
+    # that it cannot be is shown by n - u + 1 of the opposite, which share it among u
+    confidence, opposed = shared(CONFIDENCE, number - ordering.needed + 1), shared(CONFIDENCE, ordering.needed)
+    compared = tuple(_compare(comparison, runs, confidence, opposed) for comparison in ordering.comparisons)
     as_said = sum(one.verdict is Agreement.AGREES for one in compared)
     opposite = sum(one.verdict is Agreement.DISAGREES for one in compared)
     if as_said >= ordering.needed:
@@ -130,7 +137,7 @@ def _runs(observations: Sequence[Observation]) -> list[Run]:
     ]
 
 
-def _compare(comparison: Comparison, runs: Sequence[Run], confidence: float) -> Compared:
+def _compare(comparison: Comparison, runs: Sequence[Run], confidence: float, opposed: float) -> Compared:
     pairs = []
     for run in runs:
         try:
@@ -141,7 +148,7 @@ def _compare(comparison: Comparison, runs: Sequence[Run], confidence: float) -> 
     if outcome.mostly_as_said(confidence):
         verdict = Agreement.AGREES
     else:
-        verdict = Agreement.DISAGREES if outcome.mostly_reversed(confidence) else Agreement.UNDECIDED
+        verdict = Agreement.DISAGREES if outcome.mostly_reversed(opposed) else Agreement.UNDECIDED
     return Compared(
         comparison,
         verdict,
@@ -169,7 +176,7 @@ def _why_ordering(ordering: Ordering, compared: Sequence[Compared], confidence: 
     elif number > 1:
         yield (
             f"So it is shown for {as_said} of {number}{f', the opposite for {opposite}' if opposite else ''}; "
-            f"{ordering.needed} are needed (sign tests, 95 % for all together)."
+            f"{ordering.needed} are needed (sign tests, 95 % for the statement)."
         )
     missing = max(one.missing for one in compared)
     if missing:
@@ -187,7 +194,7 @@ def _opposite(one: Compared) -> str:
 
 
 def _decide_event(
-    claim: ExperimentClaim, statement: Never | Sometimes, observations: Sequence[Observation]
+    claim: ExperimentClaim, statement: Never | Sometimes, observations: Sequence[Observation], complete: bool
 ) -> DecidedClaim:
     meant = [seen for seen in observations if statement.among(seen)]
     happened: list[Observation] = []
@@ -201,12 +208,14 @@ def _decide_event(
     never = isinstance(statement, Never)
     if happened:
         verdict = Agreement.DISAGREES if never else Agreement.AGREES
-    elif open_ or not meant:
+    elif open_ or not meant or not complete:
         verdict = Agreement.UNDECIDED
     else:
         verdict = Agreement.AGREES if never else Agreement.DISAGREES
     example = min(happened or open_ or meant, key=_closeness, default=None)
     why = _why_event(never, meant, happened, open_)
+    if meant and not happened and not complete:
+        why += " Other flights are missing."
     return DecidedClaim(claim, verdict, why, (), len(meant) - len(open_), example)
 
 
@@ -221,7 +230,7 @@ def _why_event(never: bool, meant: Run, happened: Run, open_: Run) -> str:
         low, high = proportion_interval(found, seeds)
         return (
             f"{'Violated' if never else 'It happens'} in {len(happened):,} of {every}{not_decided}: with {found} of "
-            f"these seeds, so with {_percent(low)} to {_percent(high)} of all (95 %)."
+            f"these seeds in at least one flight, so with {_percent(low)} to {_percent(high)} of all (95 %)."
         )
     if open_:
         which = _plural(len(_seeds(open_)), "seed", "seeds")

@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from swarmproof.claims.experiments import IGNORING, MLR, PERIOD_S, PRINTED, Observation
+from swarmproof.claims.experiments import IGNORING, MLR, PERIOD_S, PRINTED
+from swarmproof.claims.repeated import Observation
 from swarmproof.reproduce.cell import Cell
 from swarmproof.reproduce.measure import REACHED, Measured
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from swarmproof.claims.experiments import FOR_EVER, TWO_SECONDS, Label, Observation, Value
+from swarmproof.claims.experiments import FOR_EVER, TWO_SECONDS
+from swarmproof.claims.repeated import Label, Observation, Value
 from swarmproof.reproduce.cell import Cell
 from swarmproof.reproduce.experiment import AS_CHOSEN, JITTER, METHODS, Experiment, Variant, seconds
 from swarmproof.reproduce.measure import RADII, Measured
@@ -16,7 +17,7 @@ JAMS = (9, TWO_SECONDS, 11, 14)
 STARTS = range(26)
 SEEDS, FEWER_SEEDS = 10, 3
 QUICK_STARTS, QUICK_SEEDS = range(0, 13, 3), 2
-#: Rounds of a flight: all arrive in time. Those of a swarm that has come to rest in a jam, and stays there.
+#: Rounds of a flight, in which almost all arrive; and those of rest after which a swarm stays where it is.
 ROUNDS, QUICK_ROUNDS, AT_REST = 220, 160, 20
 #: What is changed, and what that means. `trigger` and `semantics` are the options of that name.
 CHANGES = {
@@ -47,7 +48,8 @@ def fig4(quick: bool) -> Experiment:
         "fig4",
         "Fig. 4: a jam of two seconds",
         "16 UAVs change places across a circle, with 3 CUs and the trigger HT. From some round on the CUs hear "
-        "nothing, for some rounds or for ever; they transmit all the time, and UAVs hear them.",
+        "nothing, for some rounds or for ever; they transmit all the time, and UAVs hear them. Where a choice is "
+        "changed, jams last two seconds.",
         (chosen,) if quick else (chosen, *changed),
         _observe,
     )
@@ -98,6 +100,7 @@ def _observe(cell: Cell, measured: Measured, radius: float) -> list[Observation]
         "collides": measured.collides,
         "too_close_at_samples": "theorem-2" in measured.violated,
         "arrival_s": seconds(leg.all_within[RADII.index(radius)]),
+        "stuck": measured.rest_from is not None and measured.rest_from <= measured.rounds - AT_REST,
         "halted_s": seconds(halted) if length == FOR_EVER else None,
     }
     return [Observation(cell.seed, labels, values)]

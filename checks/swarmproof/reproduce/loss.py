@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from swarmproof.claims.experiments import Label, Observation, Value
+from swarmproof.claims.repeated import Label, Observation, Value
 from swarmproof.reproduce.cell import Cell
 from swarmproof.reproduce.experiment import AS_CHOSEN, JITTER, METHODS, Experiment, Variant, seconds
 from swarmproof.reproduce.measure import RADII, Measured

@@ -8,6 +8,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+import msgspec
+
 from swarmproof.reproduce.cell import Cell
 from swarmproof.reproduce.made_by import made_by
 from swarmproof.reproduce.measure import Measured
@@ -33,6 +35,8 @@ class Store:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+        if folder.exists() and not folder.is_dir():
+            raise BadInput(f"the results cannot be kept in {folder}, which is no folder; choose another --results")
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -46,8 +50,9 @@ class Store:
             table = json.loads(self._path(cell).read_bytes())
             if (table["format"], table["cell"], table["made_by"]) != (FORMAT, cell.id, made_by()):
                 return None
+            msgspec.convert(table["measured"], Measured)  # every number is one
             stored = Stored(Measured.from_json(table["measured"]), float(table["seconds"]))
-        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        except (OSError, ValueError, KeyError, TypeError, AttributeError, msgspec.ValidationError):
             return None  # whatever the file is, it says nothing about this cell
         return stored if stored.measured.rounds == cell.rounds and stored.measured.legs else None
 

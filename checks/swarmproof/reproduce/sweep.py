@@ -44,27 +44,23 @@ def sweep(cells: Sequence[Cell], processes: int, on_cell: Callable[[Cell, Stored
                 done, _ = wait(running, return_when=FIRST_COMPLETED)
                 for future in done:
                     cell = running.pop(future)
-                    stored = _result(cell, future)
+                    stored = future.result()
                     on_cell(cell, stored)
                     for following in islice(waiting, 1):
                         running[pool.submit(fly_cell, following)] = following
         except KeyboardInterrupt:
             _stop(pool)
             return False
+        except BrokenProcessPool:
+            _stop(pool)
+            raise BadInput(
+                "a process that flew a cell was ended from outside, perhaps for want of memory: run the command again, "
+                "which goes on from here, or with fewer --processes"
+            ) from None
         except BaseException:
             _stop(pool)
             raise
     return True
-
-
-def _result(cell: Cell, future: Future[Stored]) -> Stored:
-    try:
-        return future.result()
-    except BrokenProcessPool:
-        raise BadInput(
-            f"a process that flew a cell was ended from outside, perhaps for want of memory, while {cell.id} was being "
-            "flown or waited for: run the command again, which goes on from here, or with fewer --processes"
-        ) from None
 
 
 def fly_cell(cell: Cell) -> Stored:

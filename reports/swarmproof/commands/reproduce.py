@@ -75,6 +75,8 @@ def run(options: argparse.Namespace) -> int:
         raise BadInput(f"there is no experiment {options.experiment!r}: choose {', '.join(EXPERIMENTS)}")
     if not 1 <= options.processes <= MOST_PROCESSES:
         raise BadInput(f"--processes {options.processes} cannot be: choose 1 to {MOST_PROCESSES}")
+    if not options.results:
+        raise BadInput("--results needs the name of a folder")
     experiment = EXPERIMENTS[options.experiment](options.quick)
     if options.as_chosen:
         experiment = experiment.as_chosen()
@@ -162,7 +164,7 @@ def _again(cells: Sequence[Cell], store: Store, console: Console) -> int:
         for line in reproduce_words.numbers(measured):
             console.print(escape(f"  {line}"), soft_wrap=True)
         if stored is None:
-            console.print(f"  There is no result of this code in {store.folder} to compare with.", soft_wrap=True)
+            console.print(escape(f"  {store.folder} has no result of this code to compare."), soft_wrap=True)
             codes.add(3)
         elif stored.measured == measured:
             console.print("  The stored result is the same, to the bit.", style="green")
@@ -178,5 +180,5 @@ def _print_claims(console: Console, decided: Sequence[DecidedClaim]) -> None:
     for heading in ("the paper's statement", "verdict", "why"):
         table.add_column(heading, overflow="fold", no_wrap=heading != "why")
     for each in decided:
-        table.add_row(each.claim.id, f"[{_COLOURS[each.verdict]}]{each.verdict}[/]", escape(each.why))
+        table.add_row(each.claim.id, f"[{_COLOURS[each.verdict]}]{reproduce_words.verdict(each)}[/]", escape(each.why))
     console.print(table)

@@ -89,8 +89,3 @@ def edge(values: Sequence[float], least: float) -> float:
 def spread(number: int, width: float) -> list[float]:
     """Return places around 0 for so many dots, `width` wide altogether."""
     return [width * ((n + 0.5) / number - 0.5) for n in range(number)]
-
-
-def sideways(figure: Figure) -> None:
-    """Leave room between panels."""
-    figure.set_layout_engine("constrained", w_pad=0.06, h_pad=0.06)

@@ -109,7 +109,6 @@ def _distances(data: Data, conditions: Sequence[Condition], title: str) -> Pictu
 
 def _draw_distances(figure: Figure, data: Data, conditions: Sequence[Condition]) -> None:
     grid = figure.subplots(len(conditions), len(FORMATIONS), sharex=True, sharey=True, squeeze=False)
-    reached = [_median(data.values("time_to_target_s", cus=m, trigger=one)) for m, one, _, _ in conditions]
     legs = [data.legs(m, one, formation) for m, one, _, _ in conditions for formation in FORMATIONS]
     longest = PERIOD_S * max((leg.rounds for some in legs for leg in some), default=100)
     times = [
@@ -117,7 +116,7 @@ def _draw_distances(figure: Figure, data: Data, conditions: Sequence[Condition])
         for m, one, _, _ in conditions
         for formation in FORMATIONS
     ]
-    shown = min(longest, edge([*times, *reached], longest)) if all(map(math.isfinite, times)) else longest
+    shown = min(longest, edge(times, longest)) if all(map(math.isfinite, times)) else longest
     for row, (m, trigger, name, colour) in zip(grid, conditions, strict=True):
         for axes, formation in zip(row, FORMATIONS, strict=True):
             flown = [leg for leg in data.legs(m, trigger, formation) if leg.mean]
@@ -130,7 +129,8 @@ def _draw_distances(figure: Figure, data: Data, conditions: Sequence[Condition])
             if math.isfinite(time):
                 axes.axvline(time, color=INK, lw=1)
             words = f"{time:.1f} s" if math.isfinite(time) else "not reached"
-            axes.text(0.97, 0.95, words, transform=axes.transAxes, ha="right", va="top", weight="bold")
+            box = {"facecolor": "white", "edgecolor": "none", "pad": 2}
+            axes.text(0.97, 0.95, words, transform=axes.transAxes, ha="right", va="top", weight="bold", bbox=box)
         row[0].set_ylabel(f"{name}\ndistance to target (m)", color=colour)
     for axes, formation in zip(grid[0], FORMATIONS, strict=True):
         axes.set_title(formation, loc="center", weight="bold")
@@ -207,7 +207,7 @@ def _draw_arrivals(figure: Figure, data: Data) -> None:
             legs = data.legs(3, trigger, formation)
             if not legs:
                 continue
-            uavs = len(legs[0].reached)
+            uavs = len(legs[0].reached[0])
             times = arrivals(legs)
             kept = [time for time in times if math.isfinite(time)]
             axes.step([0, *kept], range(len(kept) + 1), where="post", color=TRIGGER_COLOURS[trigger], lw=2)
@@ -220,7 +220,7 @@ def _draw_arrivals(figure: Figure, data: Data) -> None:
     panels[0].set(ylabel="UAVs that have arrived", ylim=(0, uavs * 1.06), xlim=(0, edge([last], 1) if last else 1))
     panels[0].set_yticks(range(0, uavs + 1, max(1, uavs // 4)))
     handles = [panels[0].plot([], [], color=TRIGGER_COLOURS[one], lw=2.5, label=one)[0] for one in TRIGGERS]
-    panels[-1].legend(handles=handles, loc="lower right")
+    figure.legend(handles=handles, loc="outside upper right", ncols=len(handles))
     figure.supxlabel("time since the targets changed (s)", fontsize=11)
 
 

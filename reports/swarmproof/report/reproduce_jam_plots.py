@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from swarmproof.claims.experiments import FOR_EVER, HORIZON_S, IGNORING, MLR, PERIOD_S, Observation
+from swarmproof.claims.experiments import FOR_EVER, HORIZON_S, IGNORING, MLR, PERIOD_S
+from swarmproof.claims.repeated import Observation
 from swarmproof.report import names
 from swarmproof.report.plot_style import ASKED as D_MIN_NAME
 from swarmproof.report.plot_style import INK
@@ -57,9 +58,9 @@ def fig4_pictures(data: Data) -> list[Picture]:
             "collisions.png",
             "Which starts of the jam lead to a collision",
             render(lambda figure: _draw_shares(figure, data, lengths), 12, 1.2 + 2 * columns),
-            "The share of seeds with which two UAVs collide, with its exact 95 % interval. Orange: message loss is "
-            "ignored; blue: MLR-DMPC. A high bar is a start that is dangerous whatever the seed; one start alone, as "
-            "in the paper, says little.",
+            "The share of seeds with which two UAVs collide. Orange bars: message loss is ignored, with the exact 95 % "
+            "interval; blue dots: MLR-DMPC. A high bar is a start that is dangerous whatever the seed. The paper jams "
+            "the first two seconds: start 0, ten rounds.",
         ),
         Picture(
             "for-ever.png",
@@ -132,8 +133,8 @@ def _draw_map(axes: Axes, seen: Sequence[Observation], starts: Sequence[int], se
         at = seeds.index(each.seed), starts.index(start)
         values[at] = min(float(distance), _LEVELS[-1] - 1e-9)
         if each.values["collides"] is not False:
-            mark = "×" if each.values["collides"] else "?"
-            axes.text(at[1], at[0], mark, ha="center", va="center_baseline", fontsize=9, color="white", weight="bold")
+            mark, colour = ("×", "white") if each.values["collides"] else ("?", INK)
+            axes.text(at[1], at[0], mark, ha="center", va="center_baseline", fontsize=9, color=colour, weight="bold")
     axes.set_facecolor("#E9ECEF")
     axes.patch.set_hatch("////")
     axes.patch.set_edgecolor("#ADB5BD")
@@ -157,11 +158,11 @@ def _draw_shares(figure: Figure, data: Data, lengths: Sequence[int]) -> None:
     starts = _starts(data)
     panels = figure.subplots(len(lengths), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
     for axes, length in zip(panels, lengths, strict=True):
-        for method, beside in zip(_METHODS, (-0.12, 0.12), strict=True):
-            for start in starts:
+        for start in starts:
+            for method in _METHODS:
                 seen = data.among(method=method, jam_rounds=length, jam_start=start)
                 if seen:
-                    _draw_share(axes, start + beside, collisions(seen), len(seen), method)
+                    _draw_share(axes, start, collisions(seen), len(seen), method)
         if not data.among(jam_rounds=length):
             say_missing(axes)
         axes.set_title(f"jam of {length} rounds ({length * PERIOD_S:.1f} s)")
@@ -178,13 +179,12 @@ def _draw_shares(figure: Figure, data: Data, lengths: Sequence[int]) -> None:
 
 
 def _draw_share(axes: Axes, x: float, count: int, of: int, method: str) -> None:
-    low, high = proportion_interval(count, of)
     colour = METHOD_COLOURS[method]
     if method == IGNORING:
-        axes.bar([x], [count / of], width=0.5, color=colour, alpha=0.75, zorder=2)
+        axes.bar([x], [count / of], width=0.6, color=colour, alpha=0.8, zorder=2)
+        axes.plot([x, x], proportion_interval(count, of), color=INK, lw=1.1, zorder=3)
     else:
-        axes.plot([x], [count / of], "o", color=colour, ms=4.5, zorder=4, clip_on=False)
-    axes.plot([x, x], [low, high], color=INK if method == IGNORING else colour, lw=1.1, zorder=3)
+        axes.plot([x], [count / of], "o", color=colour, ms=5, zorder=4, clip_on=False)
 
 
 def _draw_for_ever(figure: Figure, data: Data) -> None:
@@ -203,16 +203,16 @@ def _draw_for_ever(figure: Figure, data: Data) -> None:
             shown = [(x, value) for x, value in zip(at, values, strict=False) if math.isfinite(value)]
             axes.plot([x for x, _ in shown], [y for _, y in shown], "o", color=METHOD_COLOURS[MLR], ms=3.5, alpha=0.7)
         not_reached(above, start, top, halted, METHOD_COLOURS[MLR])
-    for axes, level, text in (
-        (above, HORIZON_S, f"horizon {HORIZON_S:g} s"),
-        (above, later, f"one period more, {later:g} s"),
-        (below, D_HAT_MIN, f"{D_HAT_MIN_NAME} = {D_HAT_MIN:g} m"),
-        (below, D_MIN, f"{D_MIN_NAME} = {D_MIN:g} m: collision below"),
+    for axes, level, text, at_height in (
+        (above, HORIZON_S, f"horizon: {HORIZON_S:g} s", "top"),
+        (above, later, f"and one period: {later:g} s", "bottom"),
+        (below, D_HAT_MIN, f"{D_HAT_MIN_NAME} = {D_HAT_MIN:g} m", "center"),
+        (below, D_MIN, f"{D_MIN_NAME} = {D_MIN:g} m: collision below", "center"),
     ):
         colour = COLLISION if level == D_MIN else INK
         axes.axhline(level, color=colour, lw=1, ls="--" if level in (HORIZON_S, D_HAT_MIN) else "-")
         axes.annotate(
-            text, (1, level), (5, 0), xycoords=("axes fraction", "data"), textcoords="offset points", va="center",
+            text, (1, level), (5, 0), xycoords=("axes fraction", "data"), textcoords="offset points", va=at_height,
             color=colour, annotation_clip=False,
         )  # fmt: skip
     above.set(ylim=(0, top), ylabel="time from the jam's beginning\nuntil all UAVs rest (s)")

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from swarmproof.claims.experiments import Label
+from swarmproof.claims.repeated import Label
 from swarmproof.report.plot_style import ASKED, GREY, KEPT
 from swarmproof.report.reproduce_drawing import (
     COLLISION,
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 #: By rank of N: line and marker.
 _LINES = ((":", "o", "white"), ("-", "s", None))
 #: How much of the way from one loss to the next the markers of all lines take.
-_WIDTH = 0.62
+_WIDTH = 0.75
 
 
 def loss_pictures(data: Data) -> list[Picture]:
@@ -43,7 +43,7 @@ def loss_pictures(data: Data) -> list[Picture]:
             "loss.png",
             "What independent loss does, with and without handling it",
             render(lambda figure: _draw(figure, data), 12, 9),
-            "Colour: the method; dotted line and circle: 10 UAVs, full line and square: 16. Collisions: points are "
+            "Colour: the method; dotted lines and circles: 10 UAVs, full lines and squares: 16. Collisions: points are "
             "shares of seeds, with their exact 95 % interval. Elsewhere: medians over seeds with their 95 % interval; "
             "small crosses are the smallest separation of all seeds. Triangles count flights that do not arrive. "
             f"Flights with a collision, over all losses: {words or 'none was flown'}.",
@@ -55,10 +55,10 @@ def _draw(figure: Figure, data: Data) -> None:
     (collide, apart), (arrive, plan) = figure.subplots(2, 2)
     percents = [one for one in data.labels("loss_percent") if isinstance(one, int)] or [0, 10]
     sizes = data.labels("uavs")
-    lines: list[tuple[str, Label, int]] = [(one, uavs, rank) for rank, uavs in enumerate(sizes) for one in METHODS]
+    lines: list[tuple[str, Label, int]] = [(one, uavs, rank) for one in METHODS for rank, uavs in enumerate(sizes)]
     step = min((b - a for a, b in pairwise(percents)), default=1)
     top = edge(data.values("arrival_s"), 1)
-    handles = []
+    handles, highest = [], []
     for (method, uavs, rank), offset in zip(lines, spread(len(lines), _WIDTH * step), strict=True):
         dash, marker, face = _LINES[min(rank, 1)]
         colour = METHOD_COLOURS[method]
@@ -69,7 +69,8 @@ def _draw(figure: Figure, data: Data) -> None:
             continue
         for _, x, seen in there:
             low, high = proportion_interval(collisions(seen), len(seen))
-            collide.plot([x, x], [low, high], color=colour, lw=1.4)
+            highest.append(high)
+            collide.plot([x, x], [low, high], color=colour, lw=1.2, alpha=0.6)
             share = collisions(seen) / len(seen)
             collide.plot([x], [share], color=colour, zorder=4, clip_on=False, **style)
             for axes, value, limit in (
@@ -98,18 +99,18 @@ def _draw(figure: Figure, data: Data) -> None:
         axes.grid(axis="y", color="#E3E6E9", lw=0.8)
         if not data.seen:
             say_missing(axes)
-    collide.set(ylim=(0, 1))
+    collide.set(ylim=(0, min(1, 1.05 * max(highest, default=1))))
     collide.yaxis.set_major_formatter(lambda value, _: f"{100 * value:.0f} %")
     plan.set(ylim=(0, 1))
     plan.yaxis.set_major_formatter(lambda value, _: f"{100 * value:.0f} %")
     apart.set(ylim=(0, edge([*data.values("separation_m"), D_HAT_MIN], D_HAT_MIN)))
     arrive.set(ylim=(0, top))
-    for level, name, colour in ((D_MIN, f"{ASKED}: collision below", COLLISION), (D_HAT_MIN, KEPT, GREY)):
+    for level, name, colour in ((D_MIN, f"{ASKED}:\ncollision\nbelow", COLLISION), (D_HAT_MIN, KEPT, GREY)):
         apart.axhline(level, color=colour, lw=1.2, zorder=1)
-        apart.annotate(name, (0.995, level), (0, 3), xycoords=("axes fraction", "data"), textcoords="offset points",
-                       ha="right", color=colour)  # fmt: skip
+        apart.annotate(name, (1, level), (5, 0), xycoords=("axes fraction", "data"), textcoords="offset points",
+                       va="center", color=colour, annotation_clip=False)  # fmt: skip
     if handles:
-        figure.legend(handles=handles, loc="outside upper center", ncols=len(handles) // max(1, len(sizes)))
+        figure.legend(handles=handles, loc="outside upper center", ncols=-(-len(handles) // len(sizes)))
 
 
 def _join(axes: Axes, xs: Sequence[float], ys: Sequence[float], colour: str, dash: str) -> None:

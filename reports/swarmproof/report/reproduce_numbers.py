@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from swarmproof.claims.experiments import FORMATIONS, IGNORING, MLR, PRINTED, Label, Observation
+from swarmproof.claims.experiments import FORMATIONS, IGNORING, MLR, PRINTED
+from swarmproof.claims.repeated import Label, Observation
 from swarmproof.report import names
 from swarmproof.report.plot_style import decimal_text
 from swarmproof.reproduce.cell import Cell

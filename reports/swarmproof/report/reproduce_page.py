@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from swarmproof.claims.experiments import Observation
+from swarmproof.claims.repeated import Observation
 from swarmproof.report import reproduce_words
 from swarmproof.report.page import PAPER, template
 from swarmproof.report.reproduce_numbers import Data
@@ -18,12 +18,38 @@ from swarmproof.reproduce.experiment import Experiment, Variant
 from swarmproof.reproduce.store import Stored
 from swarmproof.semantics.switches import BadInput
 
-#: How verdicts are written, and their style.
-SHOWN: dict[Agreement, tuple[str, str]] = {
-    Agreement.AGREES: ("✓ agrees", "good"),
-    Agreement.DISAGREES: ("✗ disagrees", "bad"),
-    Agreement.UNDECIDED: ("? undecided", "dim"),
+#: The sign before a verdict, and its style.
+SIGNS: dict[Agreement, tuple[str, str]] = {
+    Agreement.AGREES: ("✓", "good"),
+    Agreement.DISAGREES: ("✗", "bad"),
+    Agreement.UNDECIDED: ("?", "dim"),
 }
+
+
+def shown(decided: DecidedClaim) -> str:
+    """Return the verdict with its sign."""
+    return f"{SIGNS[decided.verdict][0]} {reproduce_words.verdict(decided)}"
+
+
+def style(decided: DecidedClaim) -> str:
+    """Return the verdict's style."""
+    return SIGNS[decided.verdict][1]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a variant says of a claim.
+
+    Attributes:
+        text: the verdict with its sign.
+        counts: of an ordering, in how many seeds each comparison is as said.
+        changed: whether it contradicts what is said as chosen; what fewer seeds leave undecided does not.
+    """
+
+    text: str
+    style: str
+    counts: str
+    changed: bool
 
 
 @dataclass(frozen=True)
@@ -31,13 +57,13 @@ class Choice:
     """A variant on the page.
 
     Attributes:
-        verdicts: by claim; None where none of its flights is there.
+        verdicts: by claim.
     """
 
     variant: Variant
     flights: int
     seeds: int
-    verdicts: Sequence[Agreement | None]
+    verdicts: Sequence[Verdict]
 
 
 @dataclass(frozen=True)
@@ -91,14 +117,27 @@ def _about(
         "time": reproduce_words.duration(sum(stored.seconds for stored in there)),
         "claims": [Shown(each, _cell(each.example, every[0])) for each in decided[0]],
         "tables": [table for table in tables(every[0]) if table.rows],
-        "choices": [_choice(data, claims) for data, claims in zip(every, decided, strict=True)],
-        "shown": SHOWN,
+        "choices": [_choice(data, claims, decided[0]) for data, claims in zip(every, decided, strict=True)],
+        "shown": shown,
+        "style": style,
     }
 
 
-def _choice(data: Data, decided: Sequence[DecidedClaim]) -> Choice:
-    verdicts = [each.verdict if data.cells else None for each in decided]
+def _choice(data: Data, decided: Sequence[DecidedClaim], chosen: Sequence[DecidedClaim]) -> Choice:
+    if not data.cells:
+        return Choice(data.variant, 0, 0, [Verdict("– not flown", "dim", "", changed=False)] * len(decided))
+    verdicts = [
+        Verdict(shown(each), style(each), _counts(each), each.verdict not in (base.verdict, Agreement.UNDECIDED))
+        for each, base in zip(decided, chosen, strict=True)
+    ]
     return Choice(data.variant, len(data.cells), len(data.seeds), verdicts)
+
+
+def _counts(decided: DecidedClaim) -> str:
+    """Return in how many seeds the comparisons are as said, such as ``20, 18 of 20``; nothing if there are none."""
+    if not decided.observed or not decided.compared:
+        return ""
+    return f"{', '.join(str(one.as_said) for one in decided.compared)} of {max(one.seeds for one in decided.compared)}"
 
 
 def _cell(example: Observation | None, data: Data) -> Cell | None:

@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
 
+from swarmproof.claims.repeated import Never
 from swarmproof.reproduce.cell import Cell
 from swarmproof.reproduce.decide import Agreement, DecidedClaim
 from swarmproof.reproduce.experiment import Experiment
@@ -34,6 +35,14 @@ def before(
     yield f"{everything}, {known}: about {duration(left)} with {each}."
     if outdated:
         yield f"{outdated:,} of them were flown by other code or versions of libraries: they are flown again."
+
+
+def verdict(decided: DecidedClaim) -> str:
+    """Return the verdict as a reader should take it: what has not happened so far is not violated, no more."""
+    if not decided.observed and decided.example is None:
+        return "not flown"
+    never = isinstance(decided.claim.statement, Never)
+    return "not violated" if never and decided.verdict is Agreement.AGREES else str(decided.verdict)
 
 
 def duration(seconds: float) -> str:
