@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from swarmproof.claims.experiments import EXPERIMENT_CLAIMS
 from swarmproof.cli import main
 from swarmproof.commands import verify as verify_command
 from swarmproof.explore import search
@@ -242,6 +243,8 @@ def test_claims_lists_the_registry(capsys: pytest.CaptureFixture[str]) -> None:
     text = capsys.readouterr().out
     for name in ("lemma-1", "lemma-2", "plans-from-truth", "one-planner-per-uav", "same-selection", "recovery"):
         assert name in text
+    for claim in EXPERIMENT_CLAIMS:
+        assert claim.id in text
 
 
 def test_module_runs_as_a_program() -> None:

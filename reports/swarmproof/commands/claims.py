@@ -10,6 +10,7 @@ from rich.console import Console, Group
 from rich.markup import escape
 from rich.table import Table
 
+from swarmproof.claims.experiments import EXPERIMENT_CLAIMS
 from swarmproof.claims.flight import FLIGHT_CLAIMS, FlightClaim
 from swarmproof.claims.proofs.registry import PROOF_CLAIMS
 from swarmproof.claims.registry import CLAIMS, Claim
@@ -30,7 +31,7 @@ def run(options: argparse.Namespace) -> int:
     protocol = _table("Claims about mlr-dmpc (DMPC-Swarm, Algorithms 1 and 2): verify, and fly on the way", CLAIMS)
     flights = _table("Claims about flown swarms (DMPC-Swarm, Section 4.3.2): fly", FLIGHT_CLAIMS)
     # at once: a reader who goes away after the first lines is no error
-    Console().print(Group(protocol, flights, _proofs()))
+    Console().print(Group(protocol, flights, _proofs(), _experiments()))
     return 0
 
 
@@ -41,6 +42,15 @@ def _proofs() -> Table:
     for claim in PROOF_CLAIMS:
         words = (escape(text) for text in (claim.wording, claim.place, claim.assumptions))
         table.add_row(claim.id, claim.reading, claim.verdict, *words)
+    return table
+
+
+def _experiments() -> Table:
+    table = Table(title="Claims about the experiments (DMPC-Swarm, Section 5): reproduce", **_STYLE)
+    for heading in ("id", "claim", "place in the paper", "how it is read"):
+        table.add_column(heading, overflow="fold", no_wrap=heading == "id")
+    for claim in EXPERIMENT_CLAIMS:
+        table.add_row(claim.id, *(escape(text) for text in (claim.wording, claim.place, claim.reading)))
     return table
 
 
