@@ -22,6 +22,7 @@ from swarmproof.claims.repeated import (
     Ordering,
     Run,
     Sometimes,
+    runs,
 )
 from swarmproof.reproduce.cell import Cell
 from swarmproof.reproduce.compare import CONFIDENCE, compare, fewest, proportion_interval, shared
@@ -112,12 +113,12 @@ def decide(claim: ExperimentClaim, observations: Sequence[Observation], complete
 
 
 def _decide_ordering(claim: ExperimentClaim, ordering: Ordering, observations: Sequence[Observation]) -> DecidedClaim:
-    runs = _runs(observations)
+    by_seed = runs(observations)
     number = len(ordering.comparisons)
     # that at least u of n are true is shown by u tests that share the doubt among n - u + 1 (partial conjunction);
     # that it cannot be is shown by n - u + 1 of the opposite, which share it among u
     confidence, opposed = shared(CONFIDENCE, number - ordering.needed + 1), shared(CONFIDENCE, ordering.needed)
-    compared = tuple(_compare(comparison, runs, confidence, opposed) for comparison in ordering.comparisons)
+    compared = tuple(_compare(comparison, by_seed, confidence, opposed) for comparison in ordering.comparisons)
     as_said = sum(one.verdict is Agreement.AGREES for one in compared)
     opposite = sum(one.verdict is Agreement.DISAGREES for one in compared)
     if as_said >= ordering.needed:
@@ -130,16 +131,9 @@ def _decide_ordering(claim: ExperimentClaim, ordering: Ordering, observations: S
     return DecidedClaim(claim, verdict, why, compared, max(one.seeds for one in compared), None)
 
 
-def _runs(observations: Sequence[Observation]) -> list[Run]:
-    """Return the observations of each seed."""
-    return [
-        [seen for seen in observations if seen.seed == seed] for seed in sorted({seen.seed for seen in observations})
-    ]
-
-
-def _compare(comparison: Comparison, runs: Sequence[Run], confidence: float, opposed: float) -> Compared:
+def _compare(comparison: Comparison, by_seed: Sequence[Run], confidence: float, opposed: float) -> Compared:
     pairs = []
-    for run in runs:
+    for run in by_seed:
         try:
             pairs.append((comparison.smaller(run), comparison.larger(run)))
         except Missing:
@@ -156,7 +150,7 @@ def _compare(comparison: Comparison, runs: Sequence[Run], confidence: float, opp
         as_said=outcome.as_said,
         reversed=outcome.reversed,
         difference=outcome.difference,
-        missing=len(runs) - outcome.number,
+        missing=len(by_seed) - outcome.number,
         undefined=outcome.undefined,
     )
 

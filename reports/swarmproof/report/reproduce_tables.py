@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from statistics import median
 
 from swarmproof.claims.experiments import FOR_EVER, FORMATIONS, IGNORING, MLR, PERIOD_S
-from swarmproof.claims.repeated import Observation
+from swarmproof.claims.repeated import Observation, runs
 from swarmproof.report.reproduce_numbers import (
     METHODS,
     TRIGGERS,
@@ -75,7 +75,7 @@ def _jams(data: Data) -> list[NumberTable]:
             seen = data.among(method=method, jam_rounds=length)
             rows.append(_jam(name, seen))
             rows.append(_jam(f"{name}, from round 0 on", [one for one in seen if one.labels["jam_start"] == 0]))
-    endless = by_seed(data.among(jam_rounds=FOR_EVER))
+    endless = runs(data.among(jam_rounds=FOR_EVER))
     for_ever = [
         f"{sum(map(len, endless)):,}",
         times([max(numbers(seen, "halted_s")) for seen in endless], "not at rest"),
@@ -101,13 +101,8 @@ def _jams(data: Data) -> list[NumberTable]:
     ]
 
 
-def by_seed(seen: Sequence[Observation]) -> list[list[Observation]]:
-    """Return the observations of each seed: they are one repetition, not many."""
-    return [[one for one in seen if one.seed == seed] for seed in sorted({one.seed for one in seen})]
-
-
 def _jam(name: str, seen: Sequence[Observation]) -> list[str]:
-    seeds = by_seed(seen)
+    seeds = runs(seen)  # flights of one seed are one repetition, not many
     return [
         name,
         f"{collisions(seen):,} of {len(seen):,}",

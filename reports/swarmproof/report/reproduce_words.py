@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
+from math import isfinite
 
 from swarmproof.claims.repeated import Never
 from swarmproof.reproduce.cell import Cell
@@ -78,7 +79,11 @@ def summary(
 def document(
     experiment: Experiment, quick: bool, found: Mapping[Cell, Stored], decided: Mapping[str, Sequence[DecidedClaim]]
 ) -> str:
-    """Return all verdicts as a JSON document; differences are in the unit of what is compared."""
+    """Return all verdicts as a JSON document.
+
+    A difference has lower end, median and upper end, in the unit of what is compared, positive where it is as said;
+    null stands for what is infinite or not known.
+    """
     table = {
         "format": FORMAT,
         "experiment": experiment.name,
@@ -102,6 +107,7 @@ def _claim(decided: DecidedClaim) -> dict[str, object]:
                 "seeds": one.seeds,
                 "as_said": one.as_said,
                 "reversed": one.reversed,
+                "difference": [end if isfinite(end) else None for end in one.difference],
             }
             for one in decided.compared
         ],

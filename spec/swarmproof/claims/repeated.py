@@ -35,6 +35,11 @@ Run = Sequence[Observation]
 Reading = Callable[[Run], float]
 
 
+def runs(observations: Sequence[Observation]) -> list[Run]:
+    """Return the observations of each seed."""
+    return [[seen for seen in observations if seen.seed == seed] for seed in sorted({one.seed for one in observations})]
+
+
 class Missing(Exception):
     """A run has no observation under the condition that is read."""
 
