@@ -20,13 +20,13 @@ from swarmproof.scenario.formations import FORMATIONS, antipodes, circle, cube, 
 from swarmproof.scenario.points import PER_METRE, ROOM, closest_pair, disturbed, draw, shuffled
 from swarmproof.scenario.scenario import SHIPPED, USUAL, Choices, Point, Scenario, TargetChange, Weights, load
 from swarmproof.semantics.switches import SWITCHES, BadInput
-from swarmproof.theorem3.parameters import NAMES, PUBLISHED_SCALING, Box, Parameters, diagonal
+from swarmproof.theorem3.parameters import NAMES, PUBLISHED_SCALING, ClosedBox, Parameters, diagonal
 
 SETTINGS = settings(max_examples=60, deadline=None, derandomize=True, database=None)
 
 COORDINATES = st.floats(-5, 5)
 
-SPACE: Box = (
+SPACE: ClosedBox = (
     (Fraction(-17, 10), Fraction(17, 10)),
     (Fraction(-17, 10), Fraction(17, 10)),
     (Fraction(2, 5), Fraction(3)),

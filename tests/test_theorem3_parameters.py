@@ -13,7 +13,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarmproof.semantics.switches import BadInput
+from swarmproof.theorem3.numbers import exact_text, read_number
 from swarmproof.theorem3.parameters import (
+    EXTENSIONS,
     NAMES,
     PUBLISHED_SCALING,
     Box,
@@ -22,8 +24,6 @@ from swarmproof.theorem3.parameters import (
     Reading,
     Vector,
     diagonal,
-    exact_text,
-    read_number,
 )
 
 SPECIFIED_NAMES = (
@@ -113,8 +113,8 @@ def test_defaults_are_the_published_parameters() -> None:
 
 
 def test_names_are_the_specified_ones() -> None:
-    """The parameters have exactly the specified names."""
-    assert NAMES == SPECIFIED_NAMES
+    """The parameters have exactly the specified names, and then those of the extensions."""
+    assert (*SPECIFIED_NAMES, *EXTENSIONS) == NAMES
 
 
 CHANGES: list[tuple[str, dict[str, Any]]] = [
@@ -241,8 +241,8 @@ SET_MISTAKES = [
     ("theta_inverse=1,2,0,2,1,0,0,0,-1", "theta_inverse is not positive definite"),
     ("order=4", "order is 2 (input acceleration) or 3 (input jerk), not 4"),
     ("order=2.5", "not 2.5"),
-    ("workspace=0,1,0,1", "low and high for x, y and z, six numbers in all, or none"),
-    ("workspace=nothing", "'nothing' is not a number"),
+    ("workspace=0,1,0,1", "low and high for x, y and z, such as"),
+    ("workspace=nothing", "workspace takes low and high for x, y and z"),
     ("workspace=0,1,2,-1,0,1", "workspace has a low y=2 above its high y=-1"),
 ]
 
@@ -280,7 +280,7 @@ FILE_MISTAKES = [
     ("theta_inverse = [[1, 0, 0, 0], [0, 1], [0, 0, 1]]", "theta_inverse takes 1 number"),
     ("workspace = [[0, 1], [0, 1]]", "workspace takes low and high"),
     ("workspace = [[0, 1, 0], [1, 0, 1]]", "workspace takes low and high"),
-    ("workspace = false", "workspace: false is not a number"),
+    ("workspace = false", "workspace takes low and high for x, y and z"),
     ("x = 1\n" * 20_000, "too long for a parameter file"),
 ]
 
@@ -361,7 +361,7 @@ def test_parameters_survive_their_exact_form(some: Parameters) -> None:
     """from_exact gives back what as_exact was made of, with three values a bound and a 3 x 3 matrix in between."""
     exact = some.as_exact()
     assert Parameters.from_exact(exact) == some
-    assert list(exact) == list(NAMES)
+    assert list(exact) == list(SPECIFIED_NAMES)
     for values in (exact, some.as_json()):
         assert [len(values[name]) for name in ("v_max", "a_max", "j_max", "theta_inverse")] == [3, 3, 3, 3]
         assert [len(row) for row in values["theta_inverse"]] == [3, 3, 3]
@@ -452,3 +452,45 @@ def test_the_readings_are_the_specified_ones() -> None:
     assert all(Reading.parse(reading) is reading for reading in Reading)
     with pytest.raises(BadInput, match="no reading 'sampled': choose initial-state, whole-motion or as-sampled"):
         Reading.parse("sampled")
+
+
+OPEN: list[tuple[str, tuple[str | None, ...]]] = [
+    ("-inf,inf,-1e9,1e9,-0.5,7", (None, None, None, None, "-0.5", "7")),
+    ("none,2,-3,none,0,+inf", (None, "2", "-3", None, "0", None)),
+    ("-1e7,1e7,0,1e-16,0,1", ("-1e7", "1e7", "0", "1e-16", "0", "1")),
+]
+
+
+@pytest.mark.parametrize(("text", "sides"), OPEN, ids=[text for text, _ in OPEN])
+def test_a_side_of_the_space_may_be_open(text: str, sides: tuple[str | None, ...]) -> None:
+    """``inf``, ``none`` and 1e9 are no limit; a coordinate may be as small as it likes."""
+    low_high = [None if side is None else Fraction(side) for side in sides]
+    read = Parameters().with_changes([f"workspace={text}"])
+    assert read.workspace == tuple(zip(low_high[::2], low_high[1::2], strict=True))
+    assert Parameters().with_changes(read.differences()) == read
+    assert Parameters.from_exact(read.as_exact()) == read
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("inf,inf,0,1,0,1", "inf is no low: for no limit write [-inf, inf]"),
+        ("-1,-inf,0,1,0,1", "-inf is no high"),
+        ("-2e7,1,0,1,0,1", "a coordinate is between -1e7 and 1e7 m; for no limit write inf"),
+    ],
+)
+def test_a_side_that_cannot_be_is_refused(text: str, sentence: str) -> None:
+    """An infinity on the wrong side, or a number between the largest coordinate and no limit, is a mistake."""
+    with pytest.raises(BadInput) as refused:
+        Parameters().with_changes([f"workspace={text}"])
+    assert sentence in str(refused.value)
+
+
+def test_a_bound_of_the_norm_brings_its_box() -> None:
+    """Who bounds the norm only has the box around that ball; who gives both has both."""
+    only = Parameters().with_changes(["v_norm=150"])
+    assert (only.v_norm, only.v_max) == (Fraction(150), (Fraction(150),) * 3)
+    both = Parameters().with_changes(["v_max=1.5", "v_norm=2"])
+    assert (both.v_norm, both.v_max) == (Fraction(2), (Fraction(3, 2),) * 3)
+    assert Parameters.from_exact(both.as_exact()) == both
+    assert "v_norm" not in Parameters().as_exact()

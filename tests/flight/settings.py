@@ -21,7 +21,7 @@ from swarmproof.planning.solvers import Answer, QuadraticProgram, Solver, Status
 from swarmproof.planning.trigger import Trigger
 from swarmproof.scenario.scenario import Scenario, Weights, load
 from swarmproof.semantics.switches import Semantics
-from swarmproof.theorem3.parameters import Parameters
+from swarmproof.theorem3.parameters import Parameters, closed
 
 SPACE = "workspace=-1.7,1.7,-1.7,1.7,0.4,3"
 HORIZON = 15
@@ -52,7 +52,7 @@ def limits(units: Lattice) -> Limits:
         v_max=given.v_max,
         a_max=given.a_max,
         j_max=given.j_max,
-        box=given.workspace,
+        box=closed(given.workspace),
     )
 
 

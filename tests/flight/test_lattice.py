@@ -15,7 +15,7 @@ from tests.margin.settings import TILTED, examples
 from swarmproof.motion.integrator import AxisMotion
 from swarmproof.motion.lattice import COARSEST, FINEST, LARGEST, Lattice
 from swarmproof.semantics.switches import BadInput
-from swarmproof.theorem3.parameters import Parameters
+from swarmproof.theorem3.parameters import Parameters, closed
 
 F = Fraction
 PERIODS = pytest.mark.parametrize("m", [1, 2, 3, 4])
@@ -81,7 +81,7 @@ def test_bounds_are_the_last_numbers_within(horizon: int, changes: tuple[str, ..
     given_ = units.parameters
     assert given_.workspace is not None
     for axis in range(3):
-        low, high = given_.workspace[axis]
+        low, high = closed(given_.workspace)[axis]
         for count, unit, bound in (
             (units.high[axis], units.position_unit, high),
             (-units.low[axis], units.position_unit, -low),
@@ -177,14 +177,14 @@ def test_large_parameters_coarsen_the_lattice() -> None:
 )
 def test_parameters_beyond_every_unit_are_refused(changes: tuple[str, ...]) -> None:
     """Where no unit keeps all numbers below 2⁵⁰, the parameters are refused in one sentence."""
-    with pytest.raises(BadInput, match="are too large for exact trajectories") as refused:
+    with pytest.raises(BadInput, match=r"are too large for exact trajectories|least common denominator") as refused:
         lattice(*changes)
     assert "\n" not in str(refused.value)
 
 
 def test_a_flight_needs_a_space() -> None:
     """Without a flying space, there is no lattice, and the sentence says what to give."""
-    with pytest.raises(BadInput, match="give workspace, low and high for x, y and z"):
+    with pytest.raises(BadInput, match="give workspace, low and high of x, y and z"):
         Lattice.of(Parameters(), 15)
 
 

@@ -32,7 +32,7 @@ from swarmproof.margin.bounds import Margin, from_certificate, margin
 from swarmproof.margin.certificate import digest
 from swarmproof.margin.check import Rejected, check
 from swarmproof.margin.problem import AxisBounds, Problem
-from swarmproof.theorem3.parameters import Parameters, Reading
+from swarmproof.theorem3.parameters import Parameters, Reading, closed
 
 READINGS = list(Reading)
 ORDERS = (2, 3)
@@ -697,5 +697,5 @@ def test_the_witness_stays_in_the_workspace(reading: Reading) -> None:
         AS_SAMPLED: [Fraction(0), given_.T_s],
     }[reading]
     for motion in (found.witness.uav_i, found.witness.uav_j):
-        for one, (low, high) in zip(motion, given_.workspace, strict=True):
+        for one, (low, high) in zip(motion, closed(given_.workspace), strict=True):
             assert all(low <= one.position(time) <= high for time in times)

@@ -175,7 +175,7 @@ def test_loss_has_whole_legs_in_the_published_space() -> None:
             scenario = setting_of(cell).scenario
             assert scenario.hold is not None
             assert cell.rounds % scenario.hold == 0
-            assert [[float(end) for end in axis] for axis in scenario.parameters.workspace or ()] == [
+            assert [[float(end or 0) for end in axis] for axis in scenario.parameters.workspace or ()] == [
                 [-1.4, 1.4],
                 [-3.7, 3.7],
                 [0.4, 1.8],

@@ -14,7 +14,7 @@ from swarmproof.margin.extremes import Extremes, extremes
 from swarmproof.margin.problem import Problem
 from swarmproof.margin.prove import Blocked, Budget, Cell, WindowProver
 from swarmproof.margin.witness import Witness, exact_witness
-from swarmproof.theorem3.parameters import Parameters, Reading, Vector
+from swarmproof.theorem3.parameters import Parameters, Reading, Vector, closed
 
 #: Widths of the interval (relative to d̂_min) that are tried one after the other, until one fails.
 WIDTHS = (Fraction(1, 100), Fraction(5, 10**5))
@@ -82,7 +82,8 @@ class Solver:
         given, still = self.problem.parameters, Fraction(0)
         assert given.workspace is not None
         sizes = [
-            float(high - low) * abs(self.problem.scaling[:, k]).max() for k, (low, high) in enumerate(given.workspace)
+            float(high - low) * abs(self.problem.scaling[:, k]).max()
+            for k, (low, high) in enumerate(closed(given.workspace))
         ]
         wide = [size >= self.problem.distance for size in sizes]
 

@@ -14,7 +14,8 @@ from swarmproof.margin.problem import Problem
 from swarmproof.margin.prove import Cell, Leaf, Tree
 from swarmproof.margin.witness import Motion, Witness, make_witness
 from swarmproof.motion.integrator import AxisMotion
-from swarmproof.theorem3.parameters import Reading, exact_text
+from swarmproof.theorem3.numbers import exact_text
+from swarmproof.theorem3.parameters import Reading
 
 SCHEMA = "swarmproof.margin-certificate/1"
 

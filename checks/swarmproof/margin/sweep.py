@@ -14,7 +14,8 @@ from swarmproof.margin.bounds import Margin, Say, from_certificate, margin
 from swarmproof.margin.check import Rejected, read
 from swarmproof.margin.problem import Problem
 from swarmproof.semantics.switches import BadInput
-from swarmproof.theorem3.parameters import Parameters, Reading, exact_text, read_number
+from swarmproof.theorem3.numbers import exact_text, read_number
+from swarmproof.theorem3.parameters import Parameters, Reading
 
 #: The most parameter sets of one sweep, and the most steps of one range.
 MOST_SETS, MOST_STEPS = 1000, 200

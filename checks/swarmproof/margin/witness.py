@@ -12,7 +12,7 @@ from swarmproof.margin.functional import Moment
 from swarmproof.margin.problem import Floats, Problem
 from swarmproof.motion.integrator import AxisMotion
 from swarmproof.theorem3.inequality import scaled_square, square_root_bounds
-from swarmproof.theorem3.parameters import Reading, Vector
+from swarmproof.theorem3.parameters import Reading, Vector, closed
 
 Motion = tuple[AxisMotion[Fraction], ...]
 
@@ -67,7 +67,7 @@ def exact_witness(problem: Problem, candidate: Candidate, confined: bool = True)
     whole = [motion.shifted(shift) for motion, shift in zip(motions, offset, strict=True)]
     if confined and not _inside_workspace(problem, whole):
         return None
-    centre = [(low + high) / 2 for low, high in given.workspace] if given.workspace else [Fraction(0)] * 3
+    centre = [(low + high) / 2 for low, high in closed(given.workspace)] if given.workspace else [Fraction(0)] * 3
     half = [motion.scaled(Fraction(1, 2)) for motion in whole]
     uav_i = tuple(motion.shifted(c) for motion, c in zip(half, centre, strict=True))
     uav_j = tuple(motion.scaled(Fraction(-1)).shifted(c) for motion, c in zip(half, centre, strict=True))
@@ -164,7 +164,8 @@ def _closest(problem: Problem, delta: Floats, sagitta: Floats, fraction: float) 
     across = middle - float(middle @ unit) * unit
     if float(np.linalg.norm(across)) < 1e-9 * problem.distance:
         # any direction across the motion will do: take the axis with most room, among those that the motion leaves free
-        room = [float(high - low) for low, high in problem.parameters.workspace or ((0, 1),) * 3]
+        space = problem.parameters.workspace
+        room = [1.0] * 3 if space is None else [float(high - low) for low, high in closed(space)]
         free = np.abs(unit) < 0.9
         across = np.eye(3)[int(np.argmax(np.where(free, np.array(room) * np.diagonal(problem.scaling), -1.0)))]
         across = across - float(across @ unit) * unit
@@ -184,6 +185,6 @@ def _inside_workspace(problem: Problem, motions: list[AxisMotion[Fraction]]) -> 
         times = [given.T_c * k / 64 for k in range(65)]
     return all(
         abs(motion.position(time)) <= high - low
-        for motion, (low, high) in zip(motions, given.workspace, strict=True)
+        for motion, (low, high) in zip(motions, closed(given.workspace), strict=True)
         for time in times
     )

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from swarmproof.channel.pattern import Losses, Pairs, nothing_lost
 from swarmproof.channel.script import read_script, shown
 from swarmproof.semantics.switches import BadInput
-from swarmproof.theorem3.parameters import read_number
+from swarmproof.theorem3.numbers import read_number
 
 __all__ = ["FORMS", "Burst", "Iid", "Jam", "LossModel", "Losses", "Recorded", "nothing_lost", "parse"]
 

@@ -21,8 +21,9 @@ from math import ceil, floor, lcm
 import numpy as np
 from numpy.typing import NDArray
 
+from swarmproof.scenario.definition import flying_space
 from swarmproof.semantics.switches import BadInput
-from swarmproof.theorem3.parameters import Parameters
+from swarmproof.theorem3.parameters import ClosedBox, Parameters
 
 Floats = NDArray[np.float64]
 
@@ -133,10 +134,8 @@ class Lattice:
         return np.array([floor(high / self.position_unit) for _, high in self._space], float)
 
     @property
-    def _space(self) -> Sequence[tuple[Fraction, Fraction]]:
-        if self.parameters.workspace is None:
-            raise BadInput("a flight needs a flying space: give workspace, low and high for x, y and z")
-        return self.parameters.workspace
+    def _space(self) -> ClosedBox:
+        return flying_space(self.parameters)
 
     @cached_property
     def v_max(self) -> Floats:

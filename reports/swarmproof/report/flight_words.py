@@ -9,7 +9,7 @@ from swarmproof.assess.exhaustive import Decided, Exhaustive, Verdict
 from swarmproof.assess.judge import Counts, FlightVerdict, Flown, Judged
 from swarmproof.assess.run import Setting
 from swarmproof.scenario.scenario import EXACT
-from swarmproof.theorem3.parameters import exact_text
+from swarmproof.theorem3.numbers import exact_text
 
 SCHEMA = "swarmproof.flight/1"
 

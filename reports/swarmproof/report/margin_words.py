@@ -20,7 +20,8 @@ from swarmproof.theorem3.inequality import (
     scaled_square,
     square_root_bounds,
 )
-from swarmproof.theorem3.parameters import Reading, exact_text
+from swarmproof.theorem3.numbers import exact_text
+from swarmproof.theorem3.parameters import Reading
 
 SCHEMA = "swarmproof.margin/1"
 

@@ -8,7 +8,7 @@ from fractions import Fraction
 from math import isfinite
 
 from swarmproof.semantics.switches import BadInput
-from swarmproof.theorem3.parameters import exact_text, shown
+from swarmproof.theorem3.numbers import exact_text, shown
 
 #: Of a flight, and of anything in it.
 MOST_ROUNDS = 100_000

@@ -11,7 +11,8 @@ from math import isfinite, sqrt
 from swarmproof.scenario.choices import MOST_ROUNDS, USUAL, Choices, changed
 from swarmproof.scenario.points import Point, closest_pair, draw, scaling
 from swarmproof.semantics.switches import BadInput
-from swarmproof.theorem3.parameters import Box, Parameters, exact_text
+from swarmproof.theorem3.numbers import exact_text
+from swarmproof.theorem3.parameters import ClosedBox, Parameters, closed
 
 FEWEST_UAVS, MOST_UAVS = 2, 64
 SHORTEST_HORIZON, LONGEST_HORIZON = 2, 40
@@ -19,6 +20,8 @@ DEFAULT_HORIZON = 15
 #: How many collision samples one period may have, and how large L may be, the least common denominator of Θ⁻¹.
 MOST_SAMPLES = 10
 MOST_DENOMINATOR = 1000
+#: m; where the flying space has no limit, its wall is further away than any coordinate can be.
+FAR = Fraction(3 * 10**7)
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,7 +230,7 @@ class Scenario:
         return self.targets[bisect_right(self.targets, k, key=_round) - 1].round
 
 
-def flying_space(parameters: Parameters) -> Box:
+def flying_space(parameters: Parameters) -> ClosedBox:
     """Return the flying space (m: low and high per axis) of `parameters` with which one can fly.
 
     Raises:
@@ -251,7 +254,7 @@ def flying_space(parameters: Parameters) -> Box:
         )
     if parameters.workspace is None:
         raise BadInput("the flying space is missing: give workspace, low and high of x, y and z in m")
-    return parameters.workspace
+    return closed(parameters.workspace, FAR)
 
 
 def label(round_: int) -> str:
@@ -271,7 +274,7 @@ def _round(change: TargetChange) -> int:
     return change.round
 
 
-def check_points(what: str, when: str, points: Sequence[Point], space: Box, parameters: Parameters) -> None:
+def check_points(what: str, when: str, points: Sequence[Point], space: ClosedBox, parameters: Parameters) -> None:
     """Raise :class:`BadInput` unless the points, `what` `when`, are in the flying space and d̂_min apart."""
     for i, point in enumerate(points):
         for axis, value, (low, high) in zip("xyz", point, space, strict=True):

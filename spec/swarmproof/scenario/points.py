@@ -9,7 +9,8 @@ from math import ceil, floor, inf, lcm, nextafter
 from random import Random
 
 from swarmproof.semantics.switches import BadInput
-from swarmproof.theorem3.parameters import Box, Matrix, exact_text
+from swarmproof.theorem3.numbers import exact_text
+from swarmproof.theorem3.parameters import ClosedBox, Matrix
 
 #: x, y, z in m.
 Point = tuple[float, float, float]
@@ -43,7 +44,7 @@ def closest_pair(points: Sequence[Point], theta_inverse: Matrix) -> tuple[Fracti
 
 
 def draw(
-    space: Box, theta_inverse: Matrix, uavs: int, separation: Fraction, seed: int, label: str
+    space: ClosedBox, theta_inverse: Matrix, uavs: int, separation: Fraction, seed: int, label: str
 ) -> tuple[Point, ...]:
     """Return `uavs` random points in the flying space `space`, pairwise `separation` (m, scaled) or more apart.
 
@@ -75,7 +76,7 @@ def draw(
     )
 
 
-def disturbed(points: Sequence[Point], space: Box, jitter: Fraction, seed: int) -> tuple[Point, ...]:
+def disturbed(points: Sequence[Point], space: ClosedBox, jitter: Fraction, seed: int) -> tuple[Point, ...]:
     """Return `points`, in the flying space `space`, each moved by up to `jitter` >= 0 (m) per axis within the space.
 
     Uniform, and independent for each axis and point; how many points there are makes no difference for one of them.
@@ -109,7 +110,7 @@ def _clipped(value: float, low: Fraction, high: Fraction) -> float:
     return value
 
 
-def _ranges(space: Box) -> list[tuple[int, int]]:
+def _ranges(space: ClosedBox) -> list[tuple[int, int]]:
     """Return, per axis, the lowest coordinate that may be drawn and how many there are, in 1/PER_METRE m."""
     ranges = []
     for axis, (low, high) in zip("xyz", space, strict=True):

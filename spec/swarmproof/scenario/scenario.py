@@ -94,7 +94,8 @@ from swarmproof.scenario.tables import (
     word,
 )
 from swarmproof.semantics.switches import BadInput
-from swarmproof.theorem3.parameters import NAMES, Parameters, near_match, read_toml, shown
+from swarmproof.theorem3.numbers import near_match, read_toml, shown
+from swarmproof.theorem3.parameters import NAMES, Parameters
 
 __all__ = [
     "DEFAULT_HORIZON",

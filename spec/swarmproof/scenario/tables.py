@@ -8,7 +8,7 @@ from fractions import Fraction
 
 from swarmproof.scenario.points import Point
 from swarmproof.semantics.switches import BadInput
-from swarmproof.theorem3.parameters import exact_text, near_match, read_number, shown
+from swarmproof.theorem3.numbers import exact_text, near_match, read_number, shown
 
 Table = Mapping[str, object]
 

@@ -17,7 +17,7 @@ from fractions import Fraction
 from itertools import combinations
 from math import ceil, floor, isqrt
 
-from swarmproof.theorem3.parameters import Matrix, Parameters, Vector, diagonal
+from swarmproof.theorem3.parameters import Matrix, Parameters, Vector, closed, diagonal
 
 #: Digits to which irrational norms are enclosed.
 DIGITS = 12
@@ -103,9 +103,10 @@ def hovering_pair(parameters: Parameters) -> Pair | None:
     offset = _scaled(direction, parameters.d_hat_min / stretched / 2)
     centre = (Fraction(0), Fraction(0), Fraction(0))
     if parameters.workspace is not None:
-        (x_low, x_high), (y_low, y_high), (z_low, z_high) = parameters.workspace
+        space = closed(parameters.workspace)
+        (x_low, x_high), (y_low, y_high), (z_low, z_high) = space
         centre = ((x_low + x_high) / 2, (y_low + y_high) / 2, (z_low + z_high) / 2)
-        if any(high - low < 2 * abs(part) for (low, high), part in zip(parameters.workspace, offset, strict=True)):
+        if any(high - low < 2 * abs(part) for (low, high), part in zip(space, offset, strict=True)):
             return None
     return _sum(centre, offset), _sum(centre, _scaled(offset, Fraction(-1)))
 

@@ -7,33 +7,42 @@ certificate; whatever the way, a value that makes no sense is a :class:`BadInput
 from __future__ import annotations
 
 import os
-import re
-import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from difflib import get_close_matches
 from enum import StrEnum
 from fractions import Fraction
-from typing import Any
+from typing import Any, TypeVar
 
 from swarmproof.semantics.switches import BadInput
+from swarmproof.theorem3.numbers import (
+    BOUND,
+    ENTRY,
+    MOST_TEXT,
+    QUANTITY,
+    Magnitude,
+    exact_text,
+    near_match,
+    read_number,
+    read_side,
+    read_toml,
+    shown,
+)
 
 Vector = tuple[Fraction, Fraction, Fraction]
 Matrix = tuple[Vector, Vector, Vector]
-Box = tuple[tuple[Fraction, Fraction], tuple[Fraction, Fraction], tuple[Fraction, Fraction]]
+#: Low and high of one axis in m; None where there is no limit.
+Sides = tuple[Fraction | None, Fraction | None]
+Box = tuple[Sides, Sides, Sides]
+#: The same with limits everywhere.
+Limits = tuple[Fraction, Fraction]
+ClosedBox = tuple[Limits, Limits, Limits]
 
-#: No value may be larger than this, and none but zero smaller than that; both are far beyond any swarm of UAVs.
-LARGEST = Fraction(10**6)
-SMALLEST = Fraction(1, 10**9)
-#: How long the text of one number, a ``--set`` and a parameter file may be: exact arithmetic pays for every digit.
-MOST_DIGITS = 100
-MOST_TEXT = 2_000
-MOST_BYTES = 100_000
+Part = TypeVar("Part")
+
+#: m; further than any UAV gets in one window.
+REACH = Fraction(10**6)
 #: How many collision windows, and how many state-bound samples, one period T_s may have.
 MOST_WINDOWS = 1000
-
-_DECIMAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE]([+-]?[0-9]+))?")
-_FRACTION = re.compile(r"[+-]?[0-9]+/[0-9]+")
 
 
 class Reading(StrEnum):
@@ -54,8 +63,32 @@ class Reading(StrEnum):
         return cls(text)
 
 
+#: What the values of the parameters can be, where they are no plain quantities.
+_MAGNITUDES: dict[str, Magnitude] = {
+    **dict.fromkeys(("v_max", "a_max", "j_max", "v_norm", "a_norm", "j_norm"), BOUND),
+    **dict.fromkeys(("theta_inverse", "crash_theta_inverse"), ENTRY),
+}
+_PERIODS_AND_DISTANCES = ("T_c", "T_s", "T_b", "d_hat_min", "d_min")
+_BOUNDS = ("v_max", "a_max", "j_max")
+_MATRICES = ("theta_inverse", "crash_theta_inverse")
+#: Where ``none`` is a value.
+_OPTIONAL = ("v_norm", "a_norm", "j_norm", "crash_theta_inverse", "workspace")
+
+
 def _axes(value: Fraction) -> Vector:
     return (value, value, value)
+
+
+def closed(box: Box, reach: Fraction = REACH) -> ClosedBox:
+    """Return `box` with limits everywhere: where it has none, `reach` (m) from the other side, or from 0."""
+
+    def sides(low: Fraction | None, high: Fraction | None) -> Limits:
+        if low is None:
+            return (-reach, reach) if high is None else (high - reach, high)
+        return (low, low + reach) if high is None else (low, high)
+
+    x, y, z = (sides(*one) for one in box)
+    return (x, y, z)
 
 
 def diagonal(entries: Vector) -> Matrix:
@@ -95,12 +128,20 @@ class Parameters:
     theta_inverse: Matrix = PUBLISHED_SCALING
     #: how often the nominal system of eq. (4) integrates its input: 3 (input jerk) or 2 (input acceleration).
     order: int = 3
-    #: m; (low, high) per axis for the positions in X, None for no restriction.
+    #: m; (low, high) per axis for the positions in X, a side None for no limit there; None for no restriction at all.
     workspace: Box | None = None
     #: m; the scaled distance that the real UAVs are to keep, eq. (2).
     d_min: Fraction = Fraction(3, 25)
     #: m; the bound on each UAV's distance from its reference, in no scaled norm: Δd_min of Assumption 1, eq. (6).
     tracking_error: Fraction = Fraction(0)
+    #: m/s, m/s², m/s³; bounds of the Euclidean norm, beside the box per axis; None for no such bound.
+    v_norm: Fraction | None = None
+    a_norm: Fraction | None = None
+    j_norm: Fraction | None = None
+    #: the scaling of the ellipsoid that counts as a crash, for `d_min`; None where it is `theta_inverse`.
+    crash_theta_inverse: Matrix | None = None
+    #: s; how old what a planner knows of the other UAVs may be, beyond what the algorithm takes into account.
+    delay: Fraction = Fraction(0)
 
     def __post_init__(self) -> None:
         """Raise :class:`BadInput` on a value outside of what its parameter can be."""
@@ -127,6 +168,14 @@ class Parameters:
         """
         return cls()._changed([*((place, name, raw) for name, raw in table.items()), *_set_entries(changes)])
 
+    def with_table(self, place: str, table: Mapping[str, object]) -> Parameters:
+        """Return these parameters with the values in `table` applied, as :meth:`with_changes` does.
+
+        Raises:
+            BadInput: a name or value that cannot be; `place` says where the table is.
+        """
+        return self._changed((place, name, raw) for name, raw in table.items())
+
     def with_changes(self, changes: Iterable[str]) -> Parameters:
         """Return these parameters with each ``NAME=VALUE`` of `changes` applied.
 
@@ -144,9 +193,10 @@ class Parameters:
         Raises:
             BadInput: a name is missing or unknown, or a value cannot be.
         """
-        missing = [name for name in NAMES if name not in values]
+        needed = [name for name in NAMES if name not in EXTENSIONS]
+        missing = [name for name in needed if name not in values]
         if missing:
-            raise BadInput(f"the parameters lack {', '.join(missing)}: all of {', '.join(NAMES)} must be there")
+            raise BadInput(f"the parameters lack {', '.join(missing)}: all of {', '.join(needed)} must be there")
         return cls()._changed([("the parameters", str(name), value) for name, value in values.items()])
 
     def _changed(self, entries: Iterable[tuple[str, str, object]]) -> Parameters:
@@ -165,6 +215,10 @@ class Parameters:
             changed[name] = value
         if "T_s" in changed and self.T_b == self.T_s:
             changed.setdefault("T_b", changed["T_s"])
+        for norm, box in NORMS.items():
+            # who bounds the norm only means no other box than the one around that ball
+            if changed.get(norm) is not None and getattr(self, box) == getattr(PUBLISHED, box):
+                changed.setdefault(box, _axes(changed[norm]))
         return replace(self, **changed)
 
     def check_reading(self, reading: Reading) -> None:
@@ -181,11 +235,15 @@ class Parameters:
 
     def as_json(self) -> dict[str, Any]:
         """Return the values by name as floats and nested lists, for people; :meth:`as_exact` loses nothing."""
-        return {name: _nested(getattr(self, name), float) for name in NAMES}
+        return {name: _nested(getattr(self, name), float) for name in self._written()}
 
     def as_exact(self) -> dict[str, Any]:
         """Return the values by name as nested lists of exact texts such as ``"0.05"`` and ``"1/6"`` (order: an int)."""
-        return {name: _nested(getattr(self, name), exact_text) for name in NAMES}
+        return {name: _nested(getattr(self, name), exact_text) for name in self._written()}
+
+    def _written(self) -> list[str]:
+        """Return the names of what is written down: an extension only where it is used."""
+        return [name for name in NAMES if name not in EXTENSIONS or getattr(self, name) != getattr(PUBLISHED, name)]
 
     def differences(self, base: Parameters | None = None) -> list[str]:
         """Return the shortest ``NAME=VALUE`` texts with which :meth:`with_changes` makes self of `base` (published)."""
@@ -204,80 +262,10 @@ class Parameters:
 
 #: The names of the parameters, in the order in which they are shown.
 NAMES: tuple[str, ...] = tuple(field.name for field in fields(Parameters))
-_PERIODS_AND_DISTANCES = ("T_c", "T_s", "T_b", "d_hat_min", "d_min")
-_BOUNDS = ("v_max", "a_max", "j_max")
-
-
-def exact_text(value: Fraction) -> str:
-    """Return `value` as a decimal of at most 12 places if it is one, otherwise as a fraction such as ``1/6``."""
-    scaled = value * 10**12
-    if value.denominator == 1 or scaled.denominator != 1:
-        return str(value)
-    whole, places = divmod(abs(scaled.numerator), 10**12)
-    return f"{'-' if value < 0 else ''}{whole}.{places:012d}".rstrip("0")
-
-
-def read_number(raw: object) -> Fraction:
-    """Return the number that `raw`, an int or a text such as ``0.1``, ``1e-3`` or ``1/6``, stands for exactly.
-
-    Raises:
-        BadInput: not a number, or one so large, small or long that it must be a mistake.
-    """
-    if isinstance(raw, float):
-        raise BadInput(f"{raw!r} is a rounded number: write it as a text, which is read exactly")
-    if isinstance(raw, bool) or not isinstance(raw, (int, str)):
-        raise BadInput(f"{shown(raw)} is not a number: write a decimal such as 0.1, or a text such as 1/6")
-    # an int is compared before it is printed, as printing a huge one is slow or refused
-    value = Fraction(raw) if isinstance(raw, int) else _text_number(raw.strip())
-    if abs(value) > LARGEST or (value and abs(value) < SMALLEST):
-        raise _out_of_range("an integer of many digits" if isinstance(raw, int) else shown(raw))
-    return value
-
-
-def _text_number(text: str) -> Fraction:
-    if len(text) > MOST_DIGITS:
-        raise BadInput(f"{shown(text)} is too long for a number: {MOST_DIGITS} characters are enough")
-    if decimal := _DECIMAL.fullmatch(text):
-        # refused before the power of ten is built
-        if abs(int(decimal[1] or 0)) > MOST_DIGITS:
-            raise _out_of_range(shown(text))
-    elif not _FRACTION.fullmatch(text):
-        raise BadInput(f"{shown(text)} is not a number: write a decimal such as 0.1 or a fraction such as 1/6")
-    elif not int(text.partition("/")[2]):
-        raise BadInput(f"{shown(text)} divides by zero: write a fraction such as 1/6")
-    return Fraction(text)
-
-
-def _out_of_range(text: str) -> BadInput:
-    return BadInput(f"{text} is out of range: a value is 0, or between 1e-9 and 1e6 without its sign (SI units)")
-
-
-def read_toml(path: str | os.PathLike[str], kind: str, line: str) -> dict[str, Any]:
-    """Return the table in the TOML file `path`, in which decimals are texts that :func:`read_number` reads exactly.
-
-    Raises:
-        BadInput: the file cannot be read, is too long or is no TOML; `kind` and an example `line` say what would be.
-    """
-    place = os.fspath(path)
-    try:
-        with open(path, "rb") as file:
-            content = file.read(MOST_BYTES + 1)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise BadInput(f"cannot read the {kind} {place}: {reason}") from None
-    if len(content) > MOST_BYTES:
-        raise BadInput(f"{place} is too long for a {kind}: {MOST_BYTES} bytes are enough")
-    try:
-        return tomllib.loads(content.decode(), parse_float=lambda text: text.replace("_", ""))
-    except RecursionError:
-        raise BadInput(f"{place} is not a {kind}: its lists are nested too deeply") from None
-    except UnicodeDecodeError:
-        raise BadInput(f"{place} is not a text file (UTF-8) with lines such as {line}") from None
-    except tomllib.TOMLDecodeError as error:
-        raise BadInput(f"{place} is not TOML with lines such as {line}: {error}") from None
-    except ValueError:
-        # Python refuses to read an integer of thousands of digits
-        raise BadInput(f"{place} has a number of far too many digits: {MOST_DIGITS} are enough") from None
+#: What the paper does not have: written down only where it is used.
+EXTENSIONS = ("v_norm", "a_norm", "j_norm", "crash_theta_inverse", "delay")
+#: By bound of a norm, the bound per axis beside it.
+NORMS = {"v_norm": "v_max", "a_norm": "a_max", "j_norm": "j_max"}
 
 
 def _set_entries(changes: Iterable[str]) -> list[tuple[str, str, object]]:
@@ -292,32 +280,23 @@ def _set_entries(changes: Iterable[str]) -> list[tuple[str, str, object]]:
     return entries
 
 
-def near_match(name: str, known: Iterable[str]) -> str:
-    """Return what to say of an unknown `name`: the nearest of the `known` ones, or all of them."""
-    by_lower = {one.lower(): one for one in known}
-    near = get_close_matches(name[:MOST_DIGITS].lower(), by_lower, n=1)
-    return f"did you mean {by_lower[near[0]]}?" if near else f"choose one of {', '.join(by_lower.values())}"
-
-
 def _read(name: str, raw: object) -> object:
     """Return `raw` in the shape of parameter `name`; raise :class:`BadInput` if it has no such shape."""
-    if name == "workspace" and (raw is None or (isinstance(raw, str) and raw.strip() == "none")):
+    if name in _OPTIONAL and (raw is None or (isinstance(raw, str) and raw.strip() == "none")):
         return None
+    if name == "workspace":
+        return _read_box(raw)
     try:
-        numbers, pattern = _flat(raw)
+        numbers, pattern = _flat(raw, lambda one: read_number(one, _MAGNITUDES.get(name, QUANTITY)))
     except BadInput as mistake:
         raise BadInput(f"{name}: {mistake}") from None
-    if name == "workspace":
-        if pattern not in ("6", "rows of 2 2 2"):
-            raise BadInput("workspace takes low and high for x, y and z, six numbers in all, or none")
-        return tuple(zip(numbers[::2], numbers[1::2], strict=True))
-    if name == "theta_inverse":
+    if name in _MATRICES:
         if pattern == "1":
             return diagonal(_axes(numbers[0]))
         if pattern == "3":
             return diagonal((numbers[0], numbers[1], numbers[2]))
         if pattern not in ("9", "rows of 3 3 3"):
-            raise BadInput("theta_inverse takes 1 number, the 3 of its diagonal or all 9, row by row")
+            raise BadInput(f"{name} takes 1 number, the 3 of its diagonal or all 9, row by row")
         return tuple(tuple(numbers[row : row + 3]) for row in (0, 3, 6))
     if name in _BOUNDS:
         if pattern not in ("1", "3"):
@@ -328,51 +307,63 @@ def _read(name: str, raw: object) -> object:
     return int(numbers[0]) if name == "order" and numbers[0].denominator == 1 else numbers[0]
 
 
-def _flat(raw: object) -> tuple[list[Fraction], str]:
-    """Return the numbers in `raw` and their grouping: ``"3"`` for three, ``"rows of 3 3 3"`` for lists of lists."""
+def _read_box(raw: object) -> Box:
+    """Return the flying space in `raw`; a side that is ``inf`` or ``none`` is no limit."""
+    parts, pattern = _flat(raw, lambda one: one)
+    if pattern not in ("6", "rows of 2 2 2"):
+        raise BadInput("workspace takes low and high for x, y and z, such as [[-2, 2], [-2, 2], [0, inf]], or none")
+    try:
+        x, y, z = ((read_side(low, -1), read_side(high, 1)) for low, high in zip(parts[::2], parts[1::2], strict=True))
+    except BadInput as mistake:
+        raise BadInput(f"workspace: {mistake}") from None
+    return (x, y, z)
+
+
+def _flat(raw: object, read: Callable[[object], Part]) -> tuple[list[Part], str]:
+    """Return the parts of `raw` and their grouping: ``"3"`` for three, ``"rows of 3 3 3"`` for lists of lists."""
     parts: object = raw.split(",") if isinstance(raw, str) else raw
     if not isinstance(parts, Sequence) or isinstance(parts, str):
-        return [read_number(parts)], "1"
+        return [read(parts)], "1"
     if len(parts) > 9:
         return [], "too many"
     if not any(isinstance(part, list) for part in parts):
-        return [read_number(part) for part in parts], str(len(parts))
+        return [read(part) for part in parts], str(len(parts))
     rows = [part if isinstance(part, list) else [part] for part in parts]
     if any(len(row) > 3 for row in rows):
         return [], "too many"
     lengths = " ".join(str(len(row)) for row in rows)
-    return [read_number(entry) for row in rows for entry in row], f"rows of {lengths}"
+    return [read(entry) for row in rows for entry in row], f"rows of {lengths}"
 
 
 def _check(name: str, value: Any) -> None:
     """Raise :class:`BadInput` if parameter `name` cannot be `value`."""
     if name in _PERIODS_AND_DISTANCES and value <= 0:
         raise BadInput(f"{name} must be positive, not {exact_text(value)}")
-    if name == "tracking_error" and value < 0:
-        raise BadInput(f"tracking_error must not be negative, as {exact_text(value)} is")
+    if (name in ("tracking_error", "delay") or name in NORMS) and value is not None and value < 0:
+        raise BadInput(f"{name} must not be negative, as {exact_text(value)} is")
     if name in _BOUNDS and min(value) < 0:
         raise BadInput(f"{name} must not be negative on any axis, as {exact_text(min(value))} is")
     if name == "order" and value not in (2, 3):
         raise BadInput(f"order is 2 (input acceleration) or 3 (input jerk), not {exact_text(Fraction(value))}")
-    if name == "theta_inverse":
-        _check_definite(value)
+    if name in _MATRICES and value is not None:
+        _check_definite(name, value)
     if name == "workspace" and value is not None:
         for axis, (low, high) in zip("xyz", value, strict=True):
-            if low > high:
+            if low is not None and high is not None and low > high:
                 raise BadInput(f"workspace has a low {axis}={exact_text(low)} above its high {axis}={exact_text(high)}")
 
 
-def _check_definite(matrix: Matrix) -> None:
+def _check_definite(name: str, matrix: Matrix) -> None:
     (a, b, c), (d, e, f), (g, h, i) = matrix
     if (b, c, f) != (d, g, h):
-        raise BadInput("theta_inverse is not symmetric: entry (row, column) must equal entry (column, row)")
+        raise BadInput(f"{name} is not symmetric: entry (row, column) must equal entry (column, row)")
     # Sylvester: a symmetric matrix is positive definite iff its leading minors are positive
     minor = a * e - b * d
     determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
     if determinant == 0:
-        raise BadInput("theta_inverse is singular: it must be invertible, as Θ⁻¹ scales every direction")
+        raise BadInput(f"{name} is singular: it must be invertible, as Θ⁻¹ scales every direction")
     if not (a > 0 and minor > 0 and determinant > 0):
-        raise BadInput("theta_inverse is not positive definite: all its eigenvalues must be positive")
+        raise BadInput(f"{name} is not positive definite: all its eigenvalues must be positive")
 
 
 def _nested(value: Any, leaf: Any) -> Any:
@@ -385,20 +376,14 @@ def _compact(name: str, value: Any) -> str:
     """Return the shortest text that :func:`_read` reads as `value`."""
     if value is None:
         return "none"
-    if name == "theta_inverse" and value == diagonal((value[0][0], value[1][1], value[2][2])):
+    if name in _MATRICES and value == diagonal((value[0][0], value[1][1], value[2][2])):
         value = tuple(value[axis][axis] for axis in range(3))
     if not isinstance(value, tuple):
         return exact_text(Fraction(value))
     parts = [part for row in value for part in (row if isinstance(row, tuple) else (row,))]
-    return exact_text(parts[0]) if len(parts) == 3 and len(set(parts)) == 1 else ",".join(map(exact_text, parts))
+    texts = ["none" if part is None else exact_text(part) for part in parts]
+    return texts[0] if len(parts) == 3 and len(set(parts)) == 1 else ",".join(texts)
 
 
-def shown(raw: object) -> str:
-    """Return `raw`, a value as TOML has it, for a message: on one line and not too long."""
-    if isinstance(raw, bool):
-        return str(raw).lower()
-    # their repr could be endless, or refused because of a huge integer within
-    if isinstance(raw, (list, Mapping)):
-        return "a list" if isinstance(raw, list) else "a table"
-    text = repr(raw)
-    return text if len(text) <= 60 else f"{text[:50]}…{text[-1]}"
+#: The published parameters (Section 5).
+PUBLISHED = Parameters()

@@ -1,0 +1,162 @@
+"""Fleets of several kinds of UAVs: what a pair of different ones is bounded by.
+
+Each kind has parameters of its own (bounds, distances, scaling), as if all UAVs were of that kind; times are common to
+all. For two UAVs of kinds a and b, only sums of their bounds and radii matter to eqs. (15), (24) and (26). So their
+pair is that of two equal UAVs with the *mean* of a and b in every bound and distance: the sum of their radii is
+d̂_min.
+The scaling of a pair of diagonal Θ⁻¹ is the smaller entry per axis: ‖Θ_ab⁻¹ x‖ ≤ ‖Θ_a⁻¹ x‖ and ‖Θ_b⁻¹ x‖, so the
+ellipsoid of the pair contains both ellipsoids, laid against each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from itertools import combinations_with_replacement
+from typing import Any, NamedTuple
+
+from swarmproof.semantics.switches import BadInput
+from swarmproof.theorem3.numbers import near_match, shown
+from swarmproof.theorem3.parameters import Matrix, Parameters, Vector, diagonal
+
+#: What can differ from UAV to UAV.
+OF_A_KIND = (
+    "v_max",
+    "a_max",
+    "j_max",
+    "v_norm",
+    "a_norm",
+    "j_norm",
+    "d_hat_min",
+    "theta_inverse",
+    "d_min",
+    "crash_theta_inverse",
+    "tracking_error",
+)
+MOST_KINDS = 64
+
+
+class Kind(NamedTuple):
+    """UAVs that are alike.
+
+    Attributes:
+        name: for people; unique in a fleet.
+        uavs: their numbers; empty where no numbers are given, as in a margin without a mission.
+        parameters: as if all UAVs were of this kind; d̂_min is what two of them keep.
+    """
+
+    name: str
+    uavs: tuple[int, ...]
+    parameters: Parameters
+
+
+class KindPair(NamedTuple):
+    """Two kinds, which may be the same, and the parameters of one UAV of each as a pair of equal ones."""
+
+    names: tuple[str, str]
+    parameters: Parameters
+
+
+def read_kinds(raw: object, base: Parameters) -> tuple[Kind, ...]:
+    """Return the kinds in the list of tables `raw`, [[kinds]]; what a table does not give is that of `base`.
+
+    Raises:
+        BadInput: no list of tables, an unknown name, a value that cannot be, or a UAV of two kinds.
+    """
+    if not isinstance(raw, list) or not all(isinstance(table, Mapping) for table in raw):
+        raise BadInput("kinds are tables: write a line [[kinds]], and lines such as uavs = [0, 3] and v_max = 2 below")
+    if len(raw) > MOST_KINDS:
+        raise BadInput(f"there are {len(raw)} kinds: {MOST_KINDS} are the most")
+    kinds: list[Kind] = []
+    for number, table in enumerate(raw):
+        try:
+            kinds.append(_kind(table, f"kind {number}", base))
+        except BadInput as mistake:
+            raise BadInput(f"the table {number + 1} of [[kinds]]: {mistake}") from None
+    seen: dict[int, str] = {}
+    for kind in kinds:
+        for uav in kind.uavs:
+            if uav in seen:
+                raise BadInput(f"[[kinds]]: UAV {uav} is of two kinds, {seen[uav]} and {kind.name}: list it once")
+            seen[uav] = kind.name
+    if len({kind.name for kind in kinds}) < len(kinds):
+        raise BadInput('[[kinds]]: two kinds have one name: give each its own, such as name = "large"')
+    return tuple(kinds)
+
+
+def _kind(table: Mapping[str, Any], name: str, base: Parameters) -> Kind:
+    known = ("name", "uavs", *OF_A_KIND)
+    for key in table:
+        if key not in known:
+            raise BadInput(f"there is no key {shown(key)} here: {near_match(key, known)}")
+    name = table.get("name", name)
+    if not isinstance(name, str) or not name.strip() or not name.isprintable() or len(name) > 40:
+        raise BadInput('name must be a text of 1 to 40 characters on one line, such as name = "large"')
+    uavs = table.get("uavs", [])
+    if not isinstance(uavs, list) or not all(type(uav) is int and uav >= 0 for uav in uavs):
+        raise BadInput("uavs must be a list of UAVs, numbered from 0, such as uavs = [0, 3]")
+    values = {key: value for key, value in table.items() if key in OF_A_KIND}
+    return Kind(name, tuple(uavs), base.with_table(name, values))
+
+
+def pair(one: Parameters, other: Parameters) -> Parameters:
+    """Return the parameters of a pair of UAVs, one of each kind, as if both were equal: what sums of theirs say.
+
+    Raises:
+        BadInput: two different scalings that are not both diagonal.
+    """
+    if one == other:
+        return one
+    half = Fraction(1, 2)
+    return replace(
+        one,
+        v_max=_mean(one.v_max, other.v_max),
+        a_max=_mean(one.a_max, other.a_max),
+        j_max=_mean(one.j_max, other.j_max),
+        v_norm=_mean_norm(one.v_norm, other.v_norm),
+        a_norm=_mean_norm(one.a_norm, other.a_norm),
+        j_norm=_mean_norm(one.j_norm, other.j_norm),
+        d_hat_min=half * (one.d_hat_min + other.d_hat_min),
+        d_min=half * (one.d_min + other.d_min),
+        tracking_error=half * (one.tracking_error + other.tracking_error),
+        theta_inverse=_common(one.theta_inverse, other.theta_inverse),
+        crash_theta_inverse=None
+        if one.crash_theta_inverse is None and other.crash_theta_inverse is None
+        else _common(one.crash_theta_inverse or one.theta_inverse, other.crash_theta_inverse or other.theta_inverse),
+    )
+
+
+def pairs(kinds: Sequence[Kind]) -> list[KindPair]:
+    """Return every pair of kinds; one of a kind with itself only if it has two UAVs, or no numbers are given."""
+    return [
+        KindPair((one.name, other.name), pair(one.parameters, other.parameters))
+        for one, other in combinations_with_replacement(kinds, 2)
+        if one is not other or len(one.uavs) != 1
+    ]
+
+
+def _mean(one: Vector, other: Vector) -> Vector:
+    x, y, z = ((a + b) / 2 for a, b in zip(one, other, strict=True))
+    return (x, y, z)
+
+
+def _mean_norm(one: Fraction | None, other: Fraction | None) -> Fraction | None:
+    return None if one is None or other is None else (one + other) / 2
+
+
+def _common(one: Matrix, other: Matrix) -> Matrix:
+    """Return a scaling in which nothing is longer than in `one` and in `other`."""
+    if one == other:
+        return one
+    for matrix in (one, other):
+        if matrix != diagonal(_diagonal(matrix)):
+            raise BadInput(
+                "kinds with different theta_inverse must have diagonal ones, such as theta_inverse = [1, 1, 0.5]"
+            )
+    x, y, z = map(min, _diagonal(one), _diagonal(other))
+    return diagonal((x, y, z))
+
+
+def _diagonal(matrix: Matrix) -> Vector:
+    return (matrix[0][0], matrix[1][1], matrix[2][2])
