@@ -18,15 +18,19 @@ from swarmproof.motion.lattice import Lattice
 from swarmproof.planning.accept import wrong_sides
 from swarmproof.planning.plan import Plan
 from swarmproof.scenario.scenario import EXACT
+from swarmproof.theorem3.parameters import Vector
+
+NOT_MOVED: Vector = (Fraction(0), Fraction(0), Fraction(0))
 
 
-def explain(lattice: Lattice, rounds: Iterable[Round], approach: Approach) -> list[str]:
+def explain(lattice: Lattice, rounds: Iterable[Round], approach: Approach, origin: Vector = NOT_MOVED) -> list[str]:
     """Return the chain of events, a sentence each, that led to an approach.
 
     Args:
         lattice: the units.
         rounds: the rounds up to the approach, without gaps.
         approach: of two trajectories in them.
+        origin: m; what is to be added to the flight's coordinates.
     """
     rounds = list(rounds)
     by_round = {flown.before.k: flown for flown in rounds}
@@ -42,7 +46,7 @@ def explain(lattice: Lattice, rounds: Iterable[Round], approach: Approach) -> li
         chain += _losses(by_round, one, other)
         chain += _assumption(by_round.get(one[1].round - 1), planned, attempt, one, other)
         chain += _plan(lattice, attempt, one)
-    return [*chain, _place(lattice, rounds, (one, other), approach.time)]
+    return [*chain, _place(lattice, rounds, (one, other), approach.time, origin)]
 
 
 def _losses(by_round: dict[int, Round], one: Name, other: Name) -> list[str]:
@@ -132,7 +136,7 @@ def _plan(lattice: Lattice, attempt: Attempt, one: Name) -> list[str]:
     ]
 
 
-def _place(lattice: Lattice, rounds: Sequence[Round], names: tuple[Name, Name], time: Fraction) -> str:
+def _place(lattice: Lattice, rounds: Sequence[Round], names: tuple[Name, Name], time: Fraction, origin: Vector) -> str:
     """Say where the two trajectories are at `time`."""
     known: dict[Name, Plan] = {}
     for flown in rounds:
@@ -148,7 +152,7 @@ def _place(lattice: Lattice, rounds: Sequence[Round], names: tuple[Name, Name], 
         plan = known[name]
         here = plan.position(step - plan.start * lattice.steps)
         scaled.append(lattice.scaling @ here)
-        x, y, z = here * float(lattice.position_unit)
+        x, y, z = here * float(lattice.position_unit) + np.array(origin, float)
         places.append(f"UAV {name[0]} ({in_words(name)}) is at ({x:.3f}, {y:.3f}, {z:.3f}) m")
     distance = float(np.linalg.norm(scaled[1] - scaled[0])) * float(lattice.scaled_unit)
     return f"Closest approach: at {float(time):.3f} s, {places[0]} and {places[1]}, {distance:.4f} m apart (scaled)."

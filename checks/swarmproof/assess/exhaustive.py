@@ -235,7 +235,7 @@ class _Search:
             reached, first, approach = broken
             why = where(first) + first.why
             cause = reached.rounds()
-            chain = () if approach is None else tuple(explain(self._lattice, cause, approach))
+            chain = () if approach is None else tuple(explain(self._lattice, cause, approach, self._flight.origin))
             return Decided(claim, Verdict.VIOLATED, why, reached.state.k, reached.lost, cause, chain)
         if self.found.stopped is not None or (claim.id == "eq-2" and self._undecided):
             return Decided(claim, Verdict.UNDECIDED, self.found.stopped or "too close to d_min to tell")

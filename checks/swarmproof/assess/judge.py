@@ -242,7 +242,9 @@ class Judge:
         if not broken:
             return
         if claim not in self._tallies:
-            chain = () if approach is None else tuple(explain(self._lattice, self._recent, approach))
+            chain = (
+                () if approach is None else tuple(explain(self._lattice, self._recent, approach, self._flight.origin))
+            )
             self._tallies[claim] = _Tally(rounds, self._lost, broken[0], chain)
         self._tallies[claim].times += 1
 

@@ -95,14 +95,18 @@ class Log:
         s: Floats = np.arange(per_round + 1, dtype=float)[:, None, None] * (lattice.steps / per_round)
         there = moved(motion[:, None], s)
         begins = there[:, :-1].reshape(-1, *there.shape[2:])
-        return np.concatenate([begins, there[-1, -1:]]) * float(lattice.position_unit)
+        return np.concatenate([begins, there[-1, -1:]]) * float(lattice.position_unit) + self._origin
 
     def at(self, time: float) -> Floats:
         """Return where the references are (m) at `time` (s) of the flight, shape (N, 3)."""
         lattice = self.flight.lattice
         step = time / float(lattice.parameters.T_c)
         k = min(int(step / lattice.steps), len(self.rounds) - 1)
-        return moved(self.rounds[k].motion, step - k * lattice.steps) * float(lattice.position_unit)
+        return moved(self.rounds[k].motion, step - k * lattice.steps) * float(lattice.position_unit) + self._origin
+
+    @property
+    def _origin(self) -> Floats:
+        return np.array(self.flight.origin, float)
 
 
 def moved(motion: Floats, s: Floats | float) -> Floats:

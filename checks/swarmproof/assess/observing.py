@@ -109,5 +109,5 @@ def distances_to_targets(scenario: Scenario, lattice: Lattice, flown: Round) -> 
     """Return how far the UAVs are, at the end of a round, from the targets that they had in it, in m, shape (N,)."""
     after = flown.after
     here = np.array([after.followed(i).state_at(after.k)[0] for i in range(scenario.uavs)])
-    there = np.array(scenario.targets_at(flown.before.k))
+    there = np.array(scenario.targets_at(flown.before.k), float)
     return np.asarray(np.sqrt(((here * float(lattice.position_unit) - there) ** 2).sum(axis=1)))

@@ -146,7 +146,7 @@ class Flights:
         self._lattice = self._flight.lattice
         self._rounds = rounds
         self._start = self._flight.initial()
-        self._targets = np.array(scenario.targets_at(rounds - 1))
+        self._targets = np.array(scenario.targets_at(rounds - 1), float)
         self._last_change = scenario.target_change_before(rounds - 1)
         # only a CU that gave its slot away, and plans again too early, transmits together with a UAV
         conflicts = (rules.loss_handling, rules.rejoin, rules.slot_conflict) == ("recover", "any-state", "either")

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from swarmproof.assess.judge import Flown, Judge
 from swarmproof.channel.losses import LossModel
 from swarmproof.flight.fly import Flight, Plans
+from swarmproof.flight.place import place
 from swarmproof.flight.state import Round
 from swarmproof.flight.tracking import TrackingError
-from swarmproof.motion.lattice import Lattice
 from swarmproof.planning.planner import Planner
 from swarmproof.planning.trigger import Trigger
 from swarmproof.scenario.scenario import Scenario, load
@@ -60,9 +60,9 @@ class Setting:
 
     def flight(self, plans: Plans | None = None) -> Flight:
         """Return the flight, with its own planner if none is given."""
-        lattice = Lattice.of(self.scenario.parameters, self.scenario.horizon)
-        planner = Planner(lattice, self.scenario.weights) if plans is None else plans
-        return Flight(self.scenario, lattice, self.cus, self.trigger, self.semantics, planner, self.seed)
+        where = place(self.scenario)
+        planner = Planner(where.lattice, self.scenario.weights) if plans is None else plans
+        return Flight(where, self.cus, self.trigger, self.semantics, planner, self.seed)
 
 
 def fly(

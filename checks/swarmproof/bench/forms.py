@@ -17,8 +17,8 @@ from swarmproof.bench.situation import Axis, Indices, Shown, Situation
 from swarmproof.bench.solvers.piqp_sparse import solve_sparse
 from swarmproof.motion.lattice import Floats, Lattice
 from swarmproof.planning.accept import broken_constraint
-from swarmproof.planning.planner import SPARE, Planned, Planner
-from swarmproof.planning.problem import Task
+from swarmproof.planning.planner import Planned, Planner
+from swarmproof.planning.problem import SPARE, Task
 from swarmproof.planning.qp import FIRST_SHARE, MOST_SOLVES, NEAR, NEAR_BAND
 from swarmproof.planning.solvers import QuadraticProgram, Status, solve_with_piqp
 from swarmproof.scenario.scenario import Weights

@@ -27,7 +27,7 @@ from swarmproof.bench.contest import OURS, SOLVERS, Calls, Parts, contenders, pa
 from swarmproof.bench.flights import Timed, time_flights
 from swarmproof.bench.recording import record
 from swarmproof.channel.losses import parse
-from swarmproof.motion.lattice import Floats, Lattice
+from swarmproof.motion.lattice import Floats
 from swarmproof.planning.problem import Task
 from swarmproof.planning.trigger import Trigger
 from swarmproof.scenario.scenario import load
@@ -104,7 +104,7 @@ def measure(setting: Setting, size: Size, names: Sequence[str] = SOLVERS) -> Fig
     for loss in RECORDED:
         losses = parse(loss, scenario.uavs, setting.cus, setting.seed)
         tasks += record(setting, losses, scenario.rounds)[:: size.every]
-    lattice = Lattice.of(scenario.parameters, scenario.horizon)
+    lattice = setting.flight().lattice
     ways, skipped = contenders(lattice, scenario.weights, names)
     two = sum(any(len(held) > 1 for held in task.others.values()) for task in tasks)
     calls = race(ways, tasks)

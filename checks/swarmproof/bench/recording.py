@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-
+from swarmproof.assess.observing import distances_to_targets
 from swarmproof.assess.run import Setting
 from swarmproof.channel.losses import LossModel
-from swarmproof.flight.state import Round
-from swarmproof.motion.lattice import Lattice
 from swarmproof.planning.outlook import ARRIVED
 from swarmproof.planning.planner import Planned, Planner
 from swarmproof.planning.problem import Task
@@ -35,17 +32,9 @@ def record(setting: Setting, losses: LossModel, rounds: int) -> list[Task]:
 
     What comes after the arrival is left out: to stay where one is takes a fraction of the time.
     """
-    scenario = setting.scenario
-    recorder = Recorder(Planner(Lattice.of(scenario.parameters, scenario.horizon), scenario.weights))
+    recorder = Recorder(Planner(setting.flight().lattice, setting.scenario.weights))
     flight = setting.flight(recorder)
     for flown in flight.rounds(flight.initial(), losses, rounds):
-        if _arrived(setting, flown, flight.lattice):
+        if (distances_to_targets(flight.scenario, flight.lattice, flown) <= ARRIVED).all():
             break
     return recorder.tasks
-
-
-def _arrived(setting: Setting, flown: Round, lattice: Lattice) -> bool:
-    after = flown.after
-    here = np.array([after.followed(i).state_at(after.k)[0] for i in range(setting.scenario.uavs)])
-    away = here * float(lattice.position_unit) - np.array(setting.scenario.targets_at(flown.before.k))
-    return bool((np.sqrt((away**2).sum(axis=1)) <= ARRIVED).all())

@@ -7,13 +7,13 @@ their arguments: a search can take any state up again and let other messages be 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import combinations
 from typing import Protocol
 
 import numpy as np
 
 from swarmproof.channel.deliver import deliver
 from swarmproof.channel.losses import LossModel
+from swarmproof.flight.place import Place
 from swarmproof.flight.state import Attempt, Computed, FlightState, Knowledge, KnownTarget, Name, Round
 from swarmproof.mlr import algorithm1
 from swarmproof.mlr.algorithm1 import ComputeUnit, CuState, Inbox
@@ -23,7 +23,6 @@ from swarmproof.mlr.messages import HOVERING, Metadata, TrajectoryMessage
 from swarmproof.mlr.network import Reception, on_air
 from swarmproof.mlr.swarm import Swarm, initial_swarm
 from swarmproof.mlr.uav import Uav, adopt, offers
-from swarmproof.motion.lattice import Lattice
 from swarmproof.planning.detour import Detour, current, plan_detours, swarm_deadlocked
 from swarmproof.planning.outlook import Outlook, look
 from swarmproof.planning.plan import Plan
@@ -51,8 +50,7 @@ class Flight:
 
     def __init__(
         self,
-        scenario: Scenario,
-        lattice: Lattice,
+        where: Place,
         cus: int,
         trigger: Trigger,
         semantics: Semantics,
@@ -61,35 +59,40 @@ class Flight:
     ) -> None:
         if semantics.event_trigger != "round-robin":
             raise BadInput("a flight needs priorities on the air: event_trigger must be round-robin")
-        self.scenario = scenario
-        self.lattice = lattice
+        #: where it is computed; see :attr:`original`
+        self.scenario = where.scenario
+        self.lattice = where.lattice
+        self.origin = where.origin
+        self._longest = where.scenario.rounds if where.clipped else None
         self.cus = cus
         self.trigger = trigger
         self.semantics = semantics
         self._planner = plans
         self._seed = seed
-        self._box = np.array([lattice.low, lattice.high]) * float(lattice.position_unit)
+        self._box = np.array([self.lattice.low, self.lattice.high]) * float(self.lattice.position_unit)
+        self._targets: dict[int, tuple[tuple[float, float, float], ...]] = {}
+
+    @property
+    def original(self) -> Scenario:
+        """The scenario as the user wrote it."""
+        return self.scenario.moved(self.origin)
 
     def initial(self) -> FlightState:
-        """Return the swarm in the computation phase of round 0: all hover (Remark 2).
-
-        Raises:
-            BadInput: rounded to the lattice, two starts are closer than d̂_min.
-        """
+        """Return the swarm in the computation phase of round 0: all hover (Remark 2)."""
         uavs = self.scenario.uavs
         hovers = hovering(self.lattice, self.scenario.starts)
-        for i, j in combinations(range(uavs), 2):
-            apart = hovers[j].scaled_from(0)[0] - hovers[i].scaled_from(0)[0]
-            if sum(int(x) ** 2 for x in apart) < self.lattice.square(self.scenario.parameters.d_hat_min):
-                raise BadInput(
-                    f"the starts of UAVs {i} and {j} are d_hat_min apart before they are rounded to units of "
-                    f"{float(self.lattice.position_unit):.1e} m, but not afterwards: put them a little further apart"
-                )
         plans = {(i, HOVERING.metadata): plan for i, plan in enumerate(hovers)}
         known = self.semantics.initial == "known"
-        points = self.scenario.targets_at(0)
+        points = self._targets_at(0)
         targets = tuple(KnownTarget(point if known else None, 0) for point in points)
         return FlightState(initial_swarm(uavs, self.cus, self.semantics), plans, (Knowledge(targets),) * self.cus)
+
+    def _targets_at(self, k: int) -> tuple[tuple[float, float, float], ...]:
+        """Return the targets in round k as floats: planners need them no more exactly."""
+        change = self.scenario.target_change_before(k)
+        if change not in self._targets:
+            self._targets[change] = tuple((float(x), float(y), float(z)) for x, y, z in self.scenario.targets_at(k))
+        return self._targets[change]
 
     def compute(self, state: FlightState) -> Computed:
         """Return what the CUs compute and transmit, and what the UAVs transmit, in the round of `state`."""
@@ -158,7 +161,13 @@ class Flight:
         return adopt(uav, inbox, offered[best] if offered else None)
 
     def rounds(self, state: FlightState, losses: LossModel, count: int) -> Iterator[Round]:
-        """Yield `count` rounds from `state` on, in which the messages are lost that `losses` says."""
+        """Yield `count` rounds from `state` on, in which the messages are lost that `losses` says.
+
+        Raises:
+            ValueError: the flight would leave the part of a large flying space that its lattice has room for.
+        """
+        if self._longest is not None and state.k + count > self._longest:
+            raise ValueError(f"{state.k + count} rounds are more than the scenario's {self._longest}")
         for _ in range(count):
             computed = self.compute(state)
             at_cus, at_uavs = deliver(computed.air, losses.losses(state.k), self.semantics)
@@ -208,7 +217,7 @@ class Flight:
     def learn(self, state: FlightState, computed: Computed, w: int, got: Reception) -> Knowledge:
         """Return what CU w knows after the round: UAVs say their targets, CUs their detours."""
         known = state.knowledge[w]
-        points = self.scenario.targets_at(state.k)
+        points = self._targets_at(state.k)
         targets = tuple(
             KnownTarget(points[i], state.k + 1) if i in got.inbox.uav_messages and old.point != points[i] else old
             for i, old in enumerate(known.targets)

@@ -5,9 +5,10 @@ e = J·h³/6. One step under the integer jerk u then maps integers to integers:
 
     p' = p + 3v + 3a + u,    v' = v + 2a + u,    a' = a + u
 
-Scaled positions q = S·p, with the integer matrix S = L·Θ⁻¹, are integers as well. J is a power of two, so small that
-rounding a jerk to it moves a UAV by less than a micrometre, and so large that every number that occurs stays below 2⁵⁰:
-float64 then holds all of them exactly, and sums and products with the integers below are exact in whatever order.
+Scaled positions q = S·p, with the integer matrix S = L·Θ⁻¹, are integers as well. J is a power of two, or nearly one
+where starts must not be rounded. It is as small as it can be while every number that occurs stays below 2⁵⁰: float64
+then holds all of them exactly, and sums and products with the integers below are exact in whatever order. What rounding
+a jerk to J changes, the planner leaves room for (`planning.planner`).
 """
 
 from __future__ import annotations
@@ -16,21 +17,42 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from itertools import combinations
 from math import ceil, floor, lcm
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from swarmproof.scenario.definition import flying_space
+from swarmproof.scenario.points import Point
 from swarmproof.semantics.switches import BadInput
-from swarmproof.theorem3.parameters import ClosedBox, Parameters
+from swarmproof.theorem3.parameters import ClosedBox, Parameters, Vector
 
 Floats = NDArray[np.float64]
 
 #: Every integer that occurs is smaller than this; float64 would be exact up to 2⁵³.
 LARGEST = 2**50
 #: The jerk unit is 2⁻ⁿ m/s³ with the largest n in this range for which :data:`LARGEST` is respected.
-FINEST, COARSEST = 26, 16
+FINEST, COARSEST = 26, 12
+
+
+class Bounds(NamedTuple):
+    """The bounds of (13c) and (13d), or others that say the same of plans: m, m/s, m/s², m/s³, per axis."""
+
+    space: ClosedBox
+    v_max: Vector
+    a_max: Vector
+    j_max: Vector
+
+    @classmethod
+    def of(cls, parameters: Parameters) -> Bounds:
+        """Return the bounds as they are given.
+
+        Raises:
+            BadInput: there is no flying space, or one cannot fly with the parameters.
+        """
+        return cls(flying_space(parameters), parameters.v_max, parameters.a_max, parameters.j_max)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,29 +62,74 @@ class Lattice:
     Attributes:
         horizon: H, in periods T.
         jerk_unit: J in m/s³.
+        bounds: of plans.
     """
 
     parameters: Parameters
     horizon: int
     jerk_unit: Fraction
+    bounds: Bounds
 
     @classmethod
-    def of(cls, parameters: Parameters, horizon: int) -> Lattice:
+    def of(cls, parameters: Parameters, horizon: int, bounds: Bounds | None = None) -> Lattice:
         """Return the finest lattice on which trajectories over `horizon` periods are exact in float64.
 
         Raises:
             BadInput: the parameters' numbers are too large, or of too many digits, for any of the units.
         """
+        bounds = Bounds.of(parameters) if bounds is None else bounds
         for n in range(FINEST, COARSEST - 1, -1):
-            lattice = cls(parameters, horizon, Fraction(1, 2**n))
-            if lattice._largest() < LARGEST:
+            lattice = cls(parameters, horizon, Fraction(1, 2**n), bounds)
+            if lattice.largest() < LARGEST:
                 return lattice
         raise BadInput(
             "the flying space, the bounds or the digits of theta_inverse are too large for exact trajectories: "
-            "a shorter horizon, a smaller space or simpler fractions in theta_inverse would do"
+            "a shorter horizon, fewer rounds, a smaller space or simpler fractions in theta_inverse would do"
         )
 
-    def _largest(self) -> int:
+    @classmethod
+    def finest(cls, parameters: Parameters, horizon: int, bounds: Bounds) -> Lattice | None:
+        """Return the lattice of the finest unit if trajectories within `bounds` are exact on it."""
+        lattice = cls(parameters, horizon, Fraction(1, 2**FINEST), bounds)
+        return lattice if lattice.largest() < LARGEST else None
+
+    def holding(self, points: Sequence[Point]) -> Lattice:
+        """Return a lattice like this one on which the UAVs can hover at `points` (m) as exactly as they must.
+
+        It is this one if the nearest lattice points are d̂_min apart, too. Else it has a unit, about as long, of which
+        all coordinates are multiples: then nothing is rounded.
+
+        Raises:
+            BadInput: the coordinates have too many digits for that.
+        """
+        if self._are_apart(self.hovers(points)):
+            return self
+        digits = lcm(*(x.denominator for point in points for x in point))
+        parts = ceil(1 / (digits * self.position_unit))
+        for count in (parts, max(parts - 1, 1)):
+            jerk_unit = 6 / (digits * count * self.parameters.T_c**3)
+            lattice = Lattice(self.parameters, self.horizon, jerk_unit, self.bounds)
+            if lattice.largest() < LARGEST:
+                return lattice
+        raise BadInput(
+            "two UAVs start d_hat_min apart, but not once their starts are rounded to units of "
+            f"{float(self.position_unit):.1e} m: write the starts with at most 9 decimals, such as 0.25"
+        )
+
+    def hovers(self, points: Sequence[Point]) -> Floats:
+        """Return the lattice points within the flying space nearest to `points` (m), shape (n, 3)."""
+        return np.clip(self.positions(points), self.low, self.high)
+
+    def _are_apart(self, positions: Floats) -> bool:
+        """Return whether hovers there are d̂_min apart (scaled), exactly."""
+        scaled = [[int(x) for x in q] for q in positions @ self.scaling.T]
+        needed = self.square(self.parameters.d_hat_min)
+        return all(
+            sum((a - b) ** 2 for a, b in zip(one, other, strict=True)) >= needed
+            for one, other in combinations(scaled, 2)
+        )
+
+    def largest(self) -> int:
         """Return a bound for every coordinate of a scaled position, whatever jerks within U are tried."""
         steps = self.steps * self.horizon
         rows = int(np.abs(self.scaling).sum(axis=1).max())
@@ -118,7 +185,7 @@ class Lattice:
         """Return the square of a scaled distance (m) in units of |q|²."""
         return (distance / self.scaled_unit) ** 2
 
-    def positions(self, points: Sequence[Sequence[float]]) -> Floats:
+    def positions(self, points: Sequence[Sequence[Fraction | float]]) -> Floats:
         """Return the lattice points nearest to `points` (m), shape (n, 3)."""
         unit = self.position_unit
         return np.array([[round(Fraction(x) / unit) for x in point] for point in points], float)
@@ -126,31 +193,27 @@ class Lattice:
     @cached_property
     def low(self) -> Floats:
         """The lowest lattice position within the flying space, per axis."""
-        return np.array([ceil(low / self.position_unit) for low, _ in self._space], float)
+        return np.array([ceil(low / self.position_unit) for low, _ in self.bounds.space], float)
 
     @cached_property
     def high(self) -> Floats:
         """The highest lattice position within the flying space, per axis."""
-        return np.array([floor(high / self.position_unit) for _, high in self._space], float)
-
-    @property
-    def _space(self) -> ClosedBox:
-        return flying_space(self.parameters)
+        return np.array([floor(high / self.position_unit) for _, high in self.bounds.space], float)
 
     @cached_property
     def v_max(self) -> Floats:
         """The largest velocity per axis."""
-        return np.array([floor(bound / self.velocity_unit) for bound in self.parameters.v_max], float)
+        return np.array([floor(bound / self.velocity_unit) for bound in self.bounds.v_max], float)
 
     @cached_property
     def a_max(self) -> Floats:
         """The largest acceleration per axis."""
-        return np.array([floor(bound / self.acceleration_unit) for bound in self.parameters.a_max], float)
+        return np.array([floor(bound / self.acceleration_unit) for bound in self.bounds.a_max], float)
 
     @cached_property
     def j_max(self) -> Floats:
         """The largest jerk per axis."""
-        return np.array([floor(bound / self.jerk_unit) for bound in self.parameters.j_max], float)
+        return np.array([floor(bound / self.jerk_unit) for bound in self.bounds.j_max], float)
 
     @cached_property
     def from_state(self) -> Floats:

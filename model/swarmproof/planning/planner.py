@@ -2,7 +2,8 @@
 
 Each accepted trajectory satisfies (13) without any tolerance, and shifting it by a round is exact. So the candidate of
 Theorem 1's proof satisfies the next problem exactly, however many rounds pass: nothing erodes. What the solver's
-tolerance costs is :data:`SPARE`: rows are tightened by it, so that an answer that is off by less is still accepted.
+tolerance and the lattice cost is a little room: rows are tightened (`problem.Model`), so that an answer that is off by
+less is still accepted.
 """
 
 from __future__ import annotations
@@ -18,10 +19,7 @@ from swarmproof.planning.plan import Plan
 from swarmproof.planning.problem import Model, Task
 from swarmproof.planning.qp import LazyProgram
 from swarmproof.planning.solvers import Solver, Status, solve_with_piqp
-from swarmproof.scenario.scenario import Weights
-
-#: m, m/s, m/s², m/s³: far more than tolerance and rounding, far less than anything that matters to a UAV.
-SPARE = 1e-6
+from swarmproof.scenario.scenario import Point, Weights
 
 
 @dataclass(frozen=True)
@@ -52,9 +50,9 @@ class Planner:
         """Return a trajectory for the task's UAV that satisfies (13) exactly, or why there is none."""
         feasible = old_satisfies(task.own, task.start, task.planes)
         program = LazyProgram(self.model, task)
-        attempts = [np.full(len(program.room), SPARE)]
+        attempts = [program.spare]
         if feasible:
-            attempts.append(np.clip(program.room, 0.0, SPARE))
+            attempts.append(np.clip(program.room, 0.0, program.spare))
         why, status = "", Status.GAVE_UP
         for demands in attempts:
             status, jerks = program.solve(self.solver, demands)
@@ -90,7 +88,6 @@ class Planner:
         return Plan(lattice, task.start, state, rounded)
 
 
-def hovering(lattice: Lattice, starts: Sequence[Sequence[float]]) -> list[Plan]:
+def hovering(lattice: Lattice, starts: Sequence[Point]) -> list[Plan]:
     """Return the hovering trajectories from `starts` (m), rounded to the lattice within the space (Remark 2)."""
-    positions = np.clip(lattice.positions(starts), lattice.low, lattice.high)
-    return [Plan.hovering(lattice, position) for position in positions]
+    return [Plan.hovering(lattice, position) for position in lattice.hovers(starts)]

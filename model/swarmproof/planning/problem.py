@@ -12,6 +12,8 @@ from swarmproof.motion.lattice import Floats, Lattice
 from swarmproof.planning.accept import Planes
 from swarmproof.planning.plan import Plan
 from swarmproof.scenario.scenario import EXACT, Tolerance, Weights
+from swarmproof.semantics.switches import BadInput
+from swarmproof.theorem3.numbers import exact_text
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +51,28 @@ class Task:
         return Planes(others, others - mine, halfway, tuple(j for j, _ in plans), self.tolerance)
 
 
+#: m, m/s, m/s², m/s³: far more than the solver's tolerance, far less than anything that matters to a UAV.
+SPARE = 1e-6
+#: What rounding to the lattice can change is multiplied with this: the solver's tolerance comes on top.
+ROOM = 1.25
+#: Which share of a bound may be given away to rounding.
+MOST_SPARE = 0.01
+
+
+def _rounded_off(lattice: Lattice) -> Floats:
+    """Return what rounding can change of the jerks of one axis, in m/s³, shape (H, H − 2): a column for each period.
+
+    The jerk of a period is off by at most half a unit, and then the last two restore rest (`planner.Planner.rounded`).
+    """
+    horizon = lattice.horizon
+    rounded = np.zeros((horizon, horizon - 2))
+    rounded[: horizon - 2] = np.eye(horizon - 2)
+    weights = np.arange(horizon - 1, 1, -1, dtype=float)
+    rounded[-2] = -weights
+    rounded[-1] = weights - 1
+    return 0.5 * float(lattice.jerk_unit) * rounded
+
+
 class Model:
     """The matrices of (13) in SI units: the same for every UAV and round.
 
@@ -68,6 +92,11 @@ class Model:
         bounds: all bounded values by all coordinates, and below these negated, shape (24H, 3(H − 2)).
         highs: upper bounds, shape (12H,); `lows`: lower bounds.
         gradients: from the bounded values of one axis (targets subtracted) to the linear term, shape (H − 2, 4H).
+        spare_of_planes, spare_of_bounds: by how much rows are tightened, so that an answer that is off by less than
+            the solver's tolerance, and then rounded, satisfies them (m, m/s, …); shape () and (24H,).
+
+    Raises:
+        BadInput: the lattice is so coarse that this would take away much of the problem.
     """
 
     def __init__(self, lattice: Lattice, weights: Weights) -> None:
@@ -97,6 +126,36 @@ class Model:
         self.bounds = np.concatenate([by_axis, -by_axis])
         self.highs = self._bounds(lattice.high, lattice.v_max, lattice.a_max, lattice.j_max)
         self.lows = self._bounds(lattice.low, -lattice.v_max, -lattice.a_max, -lattice.j_max)
+
+        self.spare_of_planes, self.spare_of_bounds = self._spare(samples, bounded)
+
+    def _spare(self, samples: Floats, bounded: Floats) -> tuple[float, Floats]:
+        """Return by how much rows of planes, and those of bounds, are tightened.
+
+        Args:
+            samples: how the jerks of one axis (m/s³) change its positions at samples, shape (h_c, H).
+            bounded: how they change its bounded values, shape (4H, H).
+        """
+        lattice = self.lattice
+        rounded = _rounded_off(lattice)
+        moved = np.abs(samples @ rounded).sum(axis=1).max()
+        # along x, y and z at once, in the scaled distance
+        of_planes = max(SPARE, ROOM * float(moved) * float(np.linalg.norm(self.theta_inverse, 2)) * 3**0.5)
+        of_kinds = np.abs(bounded @ rounded).sum(axis=1).reshape(4, lattice.horizon).max(axis=1)
+        by_kind = np.maximum(SPARE, ROOM * of_kinds)
+        given = lattice.parameters
+        for name, spare, least in (
+            ("d_hat_min", of_planes, given.d_hat_min),
+            ("v_max", by_kind[1], min(given.v_max)),
+            ("a_max", by_kind[2], min(given.a_max)),
+            ("j_max", by_kind[3], min(given.j_max)),
+        ):
+            if spare > SPARE and spare > MOST_SPARE * least:
+                raise BadInput(
+                    f"{name}={exact_text(least)} is too small for the units of this flight, in which plans are rounded "
+                    f"by up to {spare:.1e}: a smaller flying space, a shorter horizon or fewer rounds would do"
+                )
+        return of_planes, np.tile(np.repeat(by_kind, lattice.horizon), 6)
 
     def _bounds(self, *by_kind: Floats) -> Floats:
         return np.repeat((np.stack(by_kind, axis=1) * self.units).ravel(), self.lattice.horizon)

@@ -85,6 +85,7 @@ class LazyProgram:
 
     Attributes:
         room: by how much the old trajectory satisfies each row.
+        spare: by how much each row is tightened for the solver's tolerance and rounding (m, m/s, …).
     """
 
     def __init__(self, model: Model, task: Task) -> None:
@@ -92,6 +93,8 @@ class LazyProgram:
         self._rows = Rows(model, task)
         horizon = model.lattice.horizon
         self.room = self._rows.slacks(np.zeros((horizon - 2, 3)))
+        planes = np.full(len(self.room) - len(model.spare_of_bounds), model.spare_of_planes)
+        self.spare = np.concatenate([planes, model.spare_of_bounds])
         offsets = self._rows.bounded.copy()
         offsets[:horizon] -= task.target
         self._gradient = (model.gradients @ offsets).T.ravel()

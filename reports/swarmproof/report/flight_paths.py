@@ -14,6 +14,7 @@ from swarmproof.motion.lattice import Floats
 from swarmproof.report.flight_series import target_changes
 from swarmproof.report.flight_timeline import RED
 from swarmproof.report.plot_style import GREY
+from swarmproof.scenario.definition import flying_space
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -53,13 +54,13 @@ class Scene:
     @classmethod
     def of(cls, flown: Flown, log: Log) -> Scene:
         """Return what is drawn of a flight of at least one round."""
-        scenario, steps = log.flight.scenario, log.flight.lattice.steps
+        scenario, steps = log.flight.original, log.flight.lattice.steps
         pair, time = flown.closest_pair
         rounds = shown_rounds(len(log.rounds), int(time / float(scenario.parameters.T_s)))
         changes = [k for k in target_changes(scenario, len(log.rounds)) if k < rounds.stop]
         # the targets that the coloured paths begin with, and later ones
         changes = changes[max(0, sum(k <= rounds.start for k in changes) - 1) :]
-        targets = [np.array(scenario.targets_at(k)) for k in changes]
+        targets = [np.array(scenario.targets_at(k), float) for k in changes]
         return cls(
             rounds,
             log.positions(steps, rounds.start, rounds.stop),
@@ -67,7 +68,7 @@ class Scene:
             targets[-1],
             targets[:-1] if len(targets) <= MOST_TARGETS else [],
             log.at(time)[list(pair)],
-            np.array(scenario.parameters.workspace, float).T,
+            np.array(flying_space(scenario.parameters), float).T,
         )
 
     @property

@@ -117,7 +117,7 @@ def jumps(log: Log) -> int:
 def distances_to_targets(log: Log, scenario: Scenario) -> Floats:
     """Return how far every UAV's reference is from its target (m) at the end of each round, shape (R, N)."""
     positions = log.positions(1)[1:]
-    targets = np.array([scenario.targets_at(k) for k in range(len(positions))])
+    targets = np.array([scenario.targets_at(k) for k in range(len(positions))], float)
     distance: Floats = np.sqrt(((positions - targets) ** 2).sum(axis=2))
     return distance
 

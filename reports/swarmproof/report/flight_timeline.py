@@ -200,7 +200,7 @@ def _corners(*curves: Floats) -> list[int]:
 
 def _draw_distances(axes: Axes, log: Log, period: float) -> None:
     """Draw how far from their targets UAVs are at the end of each round: the farthest, the nearest, the mean."""
-    distances = np.maximum(distances_to_targets(log, log.flight.scenario), SMALLEST)
+    distances = np.maximum(distances_to_targets(log, log.flight.original), SMALLEST)
     bins = Bins.of(len(distances))
     times = bins.edges(period)[1:]
     axes.plot(times, bins.largest(distances.max(axis=1)), color=INK, lw=1.3, label="farthest UAV")

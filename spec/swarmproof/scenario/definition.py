@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from math import isfinite, sqrt
 
 from swarmproof.scenario.choices import MOST_ROUNDS, USUAL, Choices, changed
-from swarmproof.scenario.points import Point, closest_pair, draw, scaling
+from swarmproof.scenario.points import Point, closest_pair, draw, moved_box, moved_points, scaling
 from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.numbers import exact_text
-from swarmproof.theorem3.parameters import ClosedBox, Parameters, closed
+from swarmproof.theorem3.parameters import ClosedBox, Parameters, Vector, closed
 
 FEWEST_UAVS, MOST_UAVS = 2, 64
-SHORTEST_HORIZON, LONGEST_HORIZON = 2, 40
+SHORTEST_HORIZON, LONGEST_HORIZON = 2, 60
 DEFAULT_HORIZON = 15
 #: How many collision samples one period may have, and how large L may be, the least common denominator of Θ⁻¹.
 MOST_SAMPLES = 10
@@ -182,6 +182,18 @@ class Scenario:
         """N."""
         return len(self.starts)
 
+    def moved(self, by: Vector) -> Scenario:
+        """Return the scenario with all points moved `by` so much (m), exactly; random ones, too, by whole metres."""
+        if not any(by):
+            return self
+        space = self.parameters.workspace
+        return replace(
+            self,
+            parameters=replace(self.parameters, workspace=None if space is None else moved_box(space, by)),
+            starts=moved_points(self.starts, by),
+            targets=tuple(TargetChange(change.round, moved_points(change.points, by)) for change in self.targets),
+        )
+
     def differences(self) -> list[str]:
         """Return ``NAME=VALUE`` for all that is not as published, or not as listed, or not the usual choice.
 
@@ -278,8 +290,6 @@ def check_points(what: str, when: str, points: Sequence[Point], space: ClosedBox
     """Raise :class:`BadInput` unless the points, `what` `when`, are in the flying space and d̂_min apart."""
     for i, point in enumerate(points):
         for axis, value, (low, high) in zip("xyz", point, space, strict=True):
-            if not isfinite(value):
-                raise BadInput(f"the {what} of UAV {i}{when} has {axis}={value}, which is not a finite number")
             if not low <= value <= high:
                 shown = _text(value, low, "less") if value < low else _text(value, high, "more")
                 raise BadInput(
@@ -295,7 +305,7 @@ def check_points(what: str, when: str, points: Sequence[Point], space: ClosedBox
         )
 
 
-def _text(value: float, bound: Fraction, side: str) -> str:
-    """Return `value`, which is on this `side` (less, more) of `bound`, be it by the rounding of a float only."""
-    short = f"{value:.6g}"
+def _text(value: Fraction | float, bound: Fraction, side: str) -> str:
+    """Return `value`, which is on this `side` (less, more) of `bound`, be it by a little only."""
+    short = f"{float(value):.6g}"
     return short if short != f"{float(bound):.6g}" else f"{short} (rounded; a little {side})"

@@ -1,7 +1,8 @@
 """The formations that a scenario file can name: where N UAVs stand, in metres.
 
-`height` is that of the lowest UAVs (sphere: of its lowest point), `centre` the (x, y) of the middle. Coordinates are
-rounded to nanometres, so that they read well and do not depend on the last bit of a sine.
+`height` is that of the lowest UAVs (sphere: of its lowest point), `centre` the (x, y) of the middle. Coordinates,
+counted from the centre, are rounded to nanometres: they read well, do not depend on the last bit of a sine, and a
+spacing of 0.3 m is exactly that.
 
 Downwash counts heights less than widths (eq. 2): UAVs on different heights must not stand above each other either, so
 pyramid, cube and sphere place no UAV above another.
@@ -10,12 +11,13 @@ pyramid, cube and sphere place no UAV above another.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from fractions import Fraction
 from math import ceil, cos, pi, radians, sin, sqrt
 
 from swarmproof.scenario.points import Point
 
 #: (x, y) in m.
-Centre = tuple[float, float]
+Centre = tuple[Fraction, Fraction]
 
 
 def circle(uavs: int, centre: Centre, radius: float, height: float) -> tuple[Point, ...]:
@@ -84,7 +86,7 @@ def sphere(uavs: int, centre: Centre, radius: float, height: float, turn: float)
 
 def antipodes(starts: Sequence[Point], centre: Centre) -> tuple[Point, ...]:
     """Return, for each of `starts`, the point of the same height on the opposite side of `centre`."""
-    return _points((0.0, 0.0), ((2 * centre[0] - x, 2 * centre[1] - y, z) for x, y, z in starts))
+    return tuple((2 * centre[0] - x, 2 * centre[1] - y, z) for x, y, z in starts)
 
 
 #: By name, the formations that depend on nothing but numbers (m; turn: degrees), and the names of these.
@@ -111,6 +113,10 @@ def _on_square(side: float, part: float) -> tuple[float, float]:
     return (x, y)
 
 
-def _points(centre: Centre, offsets: Iterable[Point]) -> tuple[Point, ...]:
-    # + 0.0 makes the -0.0 that rounding may leave a 0.0
-    return tuple((round(centre[0] + x, 9) + 0.0, round(centre[1] + y, 9) + 0.0, round(z, 9)) for x, y, z in offsets)
+def _points(centre: Centre, offsets: Iterable[tuple[float, float, float]]) -> tuple[Point, ...]:
+    return tuple((centre[0] + _nano(x), centre[1] + _nano(y), _nano(z)) for x, y, z in offsets)
+
+
+def _nano(value: float) -> Fraction:
+    """Return `value` (m) rounded to a decimal of nine places, exactly."""
+    return Fraction(f"{value:.9f}")

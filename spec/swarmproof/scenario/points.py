@@ -1,24 +1,24 @@
-"""Points of a scenario and their scaled distances, decided exactly: every float is a fraction."""
+"""Points of a scenario, as exactly as they were written, and their scaled distances, decided exactly."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
 from itertools import combinations
-from math import ceil, floor, inf, lcm, nextafter
+from math import ceil, floor, lcm
 from random import Random
 
 from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.numbers import exact_text
-from swarmproof.theorem3.parameters import ClosedBox, Matrix
+from swarmproof.theorem3.parameters import Box, ClosedBox, Matrix, Vector
 
 #: x, y, z in m.
-Point = tuple[float, float, float]
+Point = tuple[Fraction, Fraction, Fraction]
 Integers = tuple[int, int, int]
 
 #: m; random points keep this distance from the walls of the flying space, per axis.
 ROOM = Fraction(1, 10)
-#: Random coordinates are whole multiples of 1/2²⁰ m, about a micrometre: floats and integers hold them exactly.
+#: Random coordinates are whole multiples of 1/2²⁰ m, about a micrometre.
 PER_METRE = 2**20
 #: How many random points are tried for one set of points.
 MOST_TRIES = 20_000
@@ -33,12 +33,11 @@ def scaling(theta_inverse: Matrix) -> tuple[tuple[Integers, ...], int]:
 def closest_pair(points: Sequence[Point], theta_inverse: Matrix) -> tuple[Fraction, int, int]:
     """Return the smallest scaled squared distance ‖Θ⁻¹(p_j − p_i)‖² (m², exact; eq. 2) and the i < j that have it.
 
-    `points` are two or more, of finite numbers.
+    `points` are two or more.
     """
     matrix, factor = scaling(theta_inverse)
-    ratios = [[coordinate.as_integer_ratio() for coordinate in point] for point in points]
-    unit = max(below for ratio in ratios for _, below in ratio)
-    scaled = [_product(matrix, [above * (unit // below) for above, below in ratio]) for ratio in ratios]
+    unit = lcm(*(x.denominator for point in points for x in point))
+    scaled = [_product(matrix, [x.numerator * (unit // x.denominator) for x in point]) for point in points]
     square, i, j = min((_square(scaled[i], scaled[j]), i, j) for i, j in combinations(range(len(points)), 2))
     return Fraction(square, (unit * factor) ** 2), i, j
 
@@ -69,7 +68,7 @@ def draw(
         points.append((x, y, z))
         scaled.append(candidate)
         if len(points) == uavs:
-            return tuple((x / PER_METRE, y / PER_METRE, z / PER_METRE) for x, y, z in points)
+            return tuple((Fraction(x, PER_METRE), Fraction(y, PER_METRE), Fraction(z, PER_METRE)) for x, y, z in points)
     raise BadInput(
         f"{uavs} random points with separation={exact_text(separation)} do not fit into the flying space: "
         f"{MOST_TRIES} tries found room for {len(points)}, so fewer UAVs or a smaller separation would do"
@@ -88,10 +87,25 @@ def disturbed(points: Sequence[Point], space: ClosedBox, jitter: Fraction, seed:
     moved = []
     for i, point in enumerate(points):
         random = Random(f"{seed} jitter {i}")
-        wished = (value + most * (2 * random.random() - 1) for value in point)
-        x, y, z = (_clipped(value, low, high) for value, (low, high) in zip(wished, space, strict=True))
+        wished = (Fraction(float(value) + most * (2 * random.random() - 1)) for value in point)
+        x, y, z = (min(max(value, low), high) for value, (low, high) in zip(wished, space, strict=True))
         moved.append((x, y, z))
     return tuple(moved)
+
+
+def moved_points(points: Sequence[Point], by: Vector) -> tuple[Point, ...]:
+    """Return `points` moved `by` so much (m)."""
+    dx, dy, dz = by
+    return tuple((x + dx, y + dy, z + dz) for x, y, z in points)
+
+
+def moved_box(box: Box, by: Vector) -> Box:
+    """Return `box` moved `by` so much (m)."""
+    x, y, z = (
+        (None if low is None else low + shift, None if high is None else high + shift)
+        for (low, high), shift in zip(box, by, strict=True)
+    )
+    return (x, y, z)
 
 
 def shuffled(points: Sequence[Point], seed: int, label: str) -> tuple[Point, ...]:
@@ -99,15 +113,6 @@ def shuffled(points: Sequence[Point], seed: int, label: str) -> tuple[Point, ...
     random = Random(f"{seed} {label}")
     # sorted by what random() returns, since Python promises nothing about shuffle()
     return tuple(points[i] for _, i in sorted((random.random(), i) for i in range(len(points))))
-
-
-def _clipped(value: float, low: Fraction, high: Fraction) -> float:
-    """Return the float next to `value` that is exactly between `low` and `high`, if there is one."""
-    if value < low:
-        return float(low) if float(low) >= low else nextafter(float(low), inf)
-    if value > high:
-        return float(high) if float(high) <= high else nextafter(float(high), -inf)
-    return value
 
 
 def _ranges(space: ClosedBox) -> list[tuple[int, int]]:

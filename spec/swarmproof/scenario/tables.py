@@ -8,7 +8,7 @@ from fractions import Fraction
 
 from swarmproof.scenario.points import Point
 from swarmproof.semantics.switches import BadInput
-from swarmproof.theorem3.numbers import exact_text, near_match, read_number, shown
+from swarmproof.theorem3.numbers import COORDINATE, QUANTITY, Magnitude, exact_text, near_match, read_number, shown
 
 Table = Mapping[str, object]
 
@@ -44,12 +44,12 @@ def as_table(raw: object, name: str) -> Table:
     return raw
 
 
-def number(table: Table, key: str) -> Fraction:
+def number(table: Table, key: str, magnitude: Magnitude = QUANTITY) -> Fraction:
     """Return the number `key` of `table`, exactly."""
     if key not in table:
         raise BadInput(f"{key} is missing: write a line such as {key} = 1")
     with within(key):
-        return read_number(table[key])
+        return read_number(table[key], magnitude)
 
 
 def positive(table: Table, key: str) -> Fraction:
@@ -104,15 +104,15 @@ def points(raw: object) -> tuple[Point, ...]:
     return tuple(found)
 
 
-def centre(table: Table) -> tuple[float, float]:
+def centre(table: Table) -> tuple[Fraction, Fraction]:
     """Return the centre (x, y) in `table`, in m; without one, it is (0, 0)."""
     with within("centre"):
         x, y = _numbers(table.get("centre", [0, 0]), "xy")
     return (x, y)
 
 
-def _numbers(raw: object, axes: str) -> list[float]:
+def _numbers(raw: object, axes: str) -> list[Fraction]:
     if not isinstance(raw, list) or len(raw) != len(axes):
         raise BadInput(f"{shown(raw)} is not a list of {len(axes)} numbers [{', '.join(axes)}] in m")
     table = dict(zip(axes, raw, strict=True))
-    return [float(number(table, axis)) for axis in axes]
+    return [number(table, axis, COORDINATE) for axis in axes]
