@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from swarmproof.assess.judge import Flown, Judge
 from swarmproof.channel.losses import LossModel
@@ -36,7 +36,16 @@ class Setting:
     seed: int
 
     @classmethod
-    def parse(cls, scenario: str, cus: int, trigger: str, preset: str, changes: Iterable[str], seed: int) -> Setting:
+    def parse(
+        cls,
+        scenario: str,
+        cus: int,
+        trigger: str,
+        preset: str,
+        changes: Iterable[str],
+        seed: int,
+        rounds: int | None = None,
+    ) -> Setting:
         """Return the setting that the options of `swarmproof fly` describe.
 
         Args:
@@ -46,6 +55,7 @@ class Setting:
             preset: of the semantics.
             changes: ``NAME=VALUE`` for a switch of the semantics, or for anything in the scenario that can be changed.
             seed: of the scenario, too.
+            rounds: the length of the flight, if it is not the scenario's.
 
         Raises:
             BadInput: one of them cannot be.
@@ -56,7 +66,9 @@ class Setting:
             raise BadInput(f"there is no trigger {trigger!r}: choose {', '.join(Trigger)}")
         switches, of_scenario = _split(changes)
         semantics = Semantics.parse(preset, ["initial=known", *switches, "event_trigger=round-robin"])
-        return cls(load(scenario, seed, of_scenario), cus, Trigger(trigger), semantics, seed)
+        what = load(scenario, seed, of_scenario)
+        what = what if rounds is None else replace(what, rounds=rounds)
+        return cls(what, cus, Trigger(trigger), semantics, seed)
 
     def flight(self, plans: Plans | None = None) -> Flight:
         """Return the flight, with its own planner if none is given."""

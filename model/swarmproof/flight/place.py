@@ -12,7 +12,7 @@ from math import ceil
 from typing import NamedTuple
 
 from swarmproof.motion.lattice import Bounds, Lattice
-from swarmproof.scenario.definition import Scenario, flying_space
+from swarmproof.scenario.definition import BEGINNINGS, Scenario, flying_space
 from swarmproof.theorem3.parameters import ClosedBox, Parameters, Vector
 
 #: The origin is a multiple, per axis, of a power of two of metres, at least so many times as long as the space is wide.
@@ -51,7 +51,9 @@ def place(scenario: Scenario) -> Place:
     origin = (x, y, z)
     moved = scenario.moved((-x, -y, -z))
     parameters, horizon = moved.parameters, moved.horizon
-    near, starts = _shifted(region, origin), moved.starts
+    near = _shifted(region, origin)
+    # who may begin too close may also begin closer by what rounding changes
+    starts = moved.starts if moved.begin == BEGINNINGS[0] else ()
     whole = Bounds.of(parameters)
     plain = Lattice.finest(parameters, horizon, whole)
     if plain is not None:

@@ -102,7 +102,7 @@ class Lattice:
         Raises:
             BadInput: the coordinates have too many digits for that.
         """
-        if self._are_apart(self.hovers(points)):
+        if not points or self._are_apart(self.hovers(points)):
             return self
         digits = lcm(*(x.denominator for point in points for x in point))
         parts = ceil(1 / (digits * self.position_unit))

@@ -81,12 +81,12 @@ def run(options: argparse.Namespace) -> int:
         BadInput: a scenario, option or file that cannot be.
     """
     console = Console(stderr=options.json == "-", highlight=False)
+    if options.rounds is not None and not 1 <= options.rounds <= MOST_ROUNDS:
+        raise BadInput(f"--rounds {options.rounds} cannot be flown: choose 1 to {MOST_ROUNDS}, such as --rounds 100")
     setting = Setting.parse(
-        options.scenario, options.cus, options.trigger, options.semantics, options.set, options.seed
+        options.scenario, options.cus, options.trigger, options.semantics, options.set, options.seed, options.rounds
     )
-    rounds = setting.scenario.rounds if options.rounds is None else options.rounds
-    if not 1 <= rounds <= MOST_ROUNDS:
-        raise BadInput(f"--rounds {rounds} cannot be flown: choose 1 to {MOST_ROUNDS}")
+    rounds = setting.scenario.rounds
     kind, _, argument = options.loss.partition(":")
     if kind == "exhaustive":
         if options.rounds is not None:

@@ -91,12 +91,19 @@ EXACT = Tolerance()
 ASSIGNMENTS = ("listed", "shuffled")
 
 
+#: How the swarm begins, and is sent on: d̂_min apart, as Remark 2 asks, or anyhow within the flying space.
+BEGINNINGS = ("apart", "anyhow")
+
+STILL: Vector = (Fraction(0), Fraction(0), Fraction(0))
+
+
 @dataclass(frozen=True, slots=True)
 class TargetChange:
-    """From `round` on, `points[i]` (m) is the target of UAV i."""
+    """From `round` on, `points[i]` (m) is the target of UAV i, and then moves on with `velocity` (m/s), if it does."""
 
     round: int
     points: tuple[Point, ...]
+    velocity: Vector = STILL
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +129,8 @@ class Scenario:
         jitter: m; by how much, at most and per axis, `starts` are disturbed already.
         assignment: one of :data:`ASSIGNMENTS`: whose targets the `targets` are already.
         hold: rounds between changes of the targets, if these are not the rounds that the scenario gave them.
+        begin: one of :data:`BEGINNINGS`.
+        repeat: rounds after which the targets begin anew; None if they do not.
 
     Raises:
         BadInput: a value that cannot be flown, such as two starts closer than d̂_min.
@@ -140,6 +149,8 @@ class Scenario:
     jitter: Fraction = Fraction(0)
     assignment: str = ASSIGNMENTS[0]
     hold: int | None = None
+    begin: str = BEGINNINGS[0]
+    repeat: int | None = None
     #: the random targets so far, by round: whatever is asked for first, the answers are the same
     _drawn: dict[int, tuple[Point, ...]] = field(default_factory=dict, init=False, repr=False, compare=False)
 
@@ -167,13 +178,26 @@ class Scenario:
                 raise BadInput(
                     f"the targets of round {later.round} come after those of round {earlier.round}: sort them"
                 )
-        check_points("start", " after jitter" if self.jitter else "", self.starts, space, self.parameters)
-        for change in self.targets:
+        after_jitter = " after jitter" if self.jitter else ""
+        check_within("start", after_jitter, self.starts, space)
+        if self.begin == BEGINNINGS[0]:
+            check_apart("start", after_jitter, self.starts, self.parameters)
+        for c, change in enumerate(self.targets):
             if len(change.points) != self.uavs:
                 raise BadInput(
                     f"there are {self.uavs} starts, but {len(change.points)} targets from round {change.round} on"
                 )
-            check_points("target", f" from round {change.round} on", change.points, space, self.parameters)
+            check_within("target", f" from round {change.round} on", change.points, space)
+            if self.begin == BEGINNINGS[0]:
+                check_apart("target", f" from round {change.round} on", change.points, self.parameters)
+            if change.velocity != STILL:
+                last = max(self._last_round_of(c), change.round)
+                check_within("target", f" in round {last}", self._moved_on(change, last), space)
+        if self.repeat is not None and (self.redraw or self.repeat <= self.targets[-1].round):
+            raise BadInput(
+                f"repeat={self.repeat} must be more than the round {self.targets[-1].round} of the last targets, which "
+                "must not be random ones with every"
+            )
         if self.redraw:
             check_separation(self.redraw.separation, self.parameters)
 
@@ -191,7 +215,7 @@ class Scenario:
             self,
             parameters=replace(self.parameters, workspace=None if space is None else moved_box(space, by)),
             starts=moved_points(self.starts, by),
-            targets=tuple(TargetChange(change.round, moved_points(change.points, by)) for change in self.targets),
+            targets=tuple(replace(change, points=moved_points(change.points, by)) for change in self.targets),
         )
 
     def differences(self) -> list[str]:
@@ -211,6 +235,10 @@ class Scenario:
             texts.append(f"assignment={self.assignment}")
         if self.hold is not None:
             texts.append(f"hold={self.hold}")
+        if self.begin != BEGINNINGS[0]:
+            texts.append(f"begin={self.begin}")
+        if self.repeat is not None:
+            texts.append(f"repeat={self.repeat}")
         return [*texts, *self.choices.differences()]
 
     def targets_at(self, k: int) -> tuple[Point, ...]:
@@ -221,7 +249,8 @@ class Scenario:
         """
         change = self.target_change_before(k)
         if not self.redraw or change <= self.targets[-1].round:
-            return self.targets[bisect_right(self.targets, change, key=_round) - 1].points
+            within = k if self.repeat is None else k % self.repeat
+            return self._moved_on(self.targets[bisect_right(self.targets, within, key=_round) - 1], within)
         if change not in self._drawn:
             redraw, parameters = self.redraw, self.parameters
             self._drawn[change] = draw(
@@ -235,11 +264,26 @@ class Scenario:
         return self._drawn[change]
 
     def target_change_before(self, k: int) -> int:
-        """Return the last round <= k in which the targets changed; for k >= 0."""
+        """Return the last round <= k in which the targets changed; for k >= 0. Moving targets do in every round."""
         last = self.targets[-1].round
         if self.redraw and k > last:
             return k - (k - last) % self.redraw.every
-        return self.targets[bisect_right(self.targets, k, key=_round) - 1].round
+        within = k if self.repeat is None else k % self.repeat
+        change = self.targets[bisect_right(self.targets, within, key=_round) - 1]
+        return k if change.velocity != STILL else k - within + change.round
+
+    def _moved_on(self, change: TargetChange, k: int) -> tuple[Point, ...]:
+        """Return where the targets of a `change` are in round k, not before it."""
+        if change.velocity == STILL:
+            return change.points
+        x, y, z = (speed * self.parameters.T_s * (k - change.round) for speed in change.velocity)
+        return moved_points(change.points, (x, y, z))
+
+    def _last_round_of(self, c: int) -> int:
+        """Return the last round in which the change number `c` holds."""
+        if c + 1 < len(self.targets):
+            return self.targets[c + 1].round - 1
+        return self.rounds - 1 if self.repeat is None else self.repeat - 1
 
 
 def flying_space(parameters: Parameters) -> ClosedBox:
@@ -286,8 +330,8 @@ def _round(change: TargetChange) -> int:
     return change.round
 
 
-def check_points(what: str, when: str, points: Sequence[Point], space: ClosedBox, parameters: Parameters) -> None:
-    """Raise :class:`BadInput` unless the points, `what` `when`, are in the flying space and d̂_min apart."""
+def check_within(what: str, when: str, points: Sequence[Point], space: ClosedBox) -> None:
+    """Raise :class:`BadInput` unless the points, `what` `when`, are in the flying space."""
     for i, point in enumerate(points):
         for axis, value, (low, high) in zip("xyz", point, space, strict=True):
             if not low <= value <= high:
@@ -296,12 +340,17 @@ def check_points(what: str, when: str, points: Sequence[Point], space: ClosedBox
                     f"the {what} of UAV {i}{when} is outside the flying space: "
                     f"{axis}={shown} is not in {exact_text(low)}…{exact_text(high)}"
                 )
+
+
+def check_apart(what: str, when: str, points: Sequence[Point], parameters: Parameters) -> None:
+    """Raise :class:`BadInput` unless the points, `what` `when`, are d̂_min apart."""
     square, i, j = closest_pair(points, parameters.theta_inverse)
     if square < parameters.d_hat_min**2:
         distance = _text(sqrt(square), parameters.d_hat_min, "less")
+        anyhow = ', or begin = "anyhow" to see what becomes of it'
         raise BadInput(
             f"the {what}s of UAV {i} and UAV {j}{when} are too close: their scaled distance is {distance} m, "
-            f"but d_hat_min={exact_text(parameters.d_hat_min)} m is needed"
+            f"but d_hat_min={exact_text(parameters.d_hat_min)} m is needed{anyhow}"
         )
 
 

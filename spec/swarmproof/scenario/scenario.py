@@ -35,6 +35,11 @@ Beside `horizon`, starts and targets can be changed:
     assignment = "shuffled"   # the targets of each change are permuted at random; "listed", as they are, if not given
     hold = 250                # rounds between changes of the targets, from round 0 on; `round` is not needed then
 
+    begin = "anyhow"          # starts and targets may be closer than d_hat_min; "apart", if not given
+    repeat = 400              # the [[targets]] begin anew every so many rounds, more than the round of the last one
+
+Targets may move: `velocity = [0.1, 0, 0]` (m/s) in [[targets]] moves them on from their round until the next ones.
+
 Mirrored targets are those of the undisturbed starts. `hold` makes the flight as long as all targets hold; if random
 targets have `every`, it replaces that, and `rounds` stays. These are not shuffled: every change draws anew.
 
@@ -44,36 +49,39 @@ Beside `horizon`, a fault can be given: `tolerance` (m, 0 if not given) is by ho
 in scaled distance; `tolerance_halfway` changes it for the rows that are midway between UAVs. The claims are checked as
 ever.
 
-UAVs are numbered from 0. Numbers are read exactly. Coordinates are then rounded to floats, and it is decided exactly
-that these are in the flying space and at least d̂_min apart. A flight rounds them once more, to its lattice of about
-1e-12 m, and has to check them again.
+UAVs are numbered from 0. Numbers are read exactly, and it is decided exactly that starts and targets are in the flying
+space and at least d̂_min apart. Coordinates may be those of a map: up to 1e7 m. A side of the flying space that is
+`inf` is no limit. A file may be 16 MB long.
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from swarmproof.scenario.choices import CHOICES, LEAST_ROUNDS, MOST_ROUNDS, USUAL, WORDS, Choices
 from swarmproof.scenario.definition import (
     ASSIGNMENTS,
+    BEGINNINGS,
     DEFAULT_HORIZON,
     EXACT,
     FEWEST_UAVS,
     LONGEST_HORIZON,
     MOST_UAVS,
     SHORTEST_HORIZON,
+    STILL,
     WEIGHTS,
     Redraw,
     Scenario,
     TargetChange,
     Tolerance,
     Weights,
-    check_points,
+    check_apart,
     check_separation,
+    check_within,
     flying_space,
     label,
 )
@@ -89,12 +97,13 @@ from swarmproof.scenario.tables import (
     points,
     subtable,
     text,
+    vector,
     whole,
     within,
     word,
 )
 from swarmproof.semantics.switches import BadInput
-from swarmproof.theorem3.numbers import near_match, read_toml, shown
+from swarmproof.theorem3.numbers import ENTRY, near_match, read_toml, shown
 from swarmproof.theorem3.parameters import NAMES, Parameters
 
 __all__ = [
@@ -117,10 +126,12 @@ SHIPPED: tuple[str, ...] = ("circle", "formations", "crossing", "random")
 
 _TOLERANCES = _FULL, _HALFWAY = ("tolerance", "tolerance_halfway")
 #: The optional keys of a scenario itself that can be changed; ``uavs`` can be, too.
-_OWN = ("horizon", *_TOLERANCES, "jitter", "assignment", "hold")
+_OWN = ("horizon", *_TOLERANCES, "jitter", "assignment", "hold", "begin", "repeat")
 #: By table, the names in it that can be changed, besides the parameters. No two of all these names are equal.
 CHANGEABLE: dict[str, tuple[str, ...]] = {"": ("uavs", *_OWN), "weights": WEIGHTS, "choices": CHOICES}
 MOST_NAME = 60
+#: How long a scenario file may be: recorded missions list the targets of every round.
+MOST_BYTES = 16_000_000
 
 
 def load(name_or_path: str, seed: int = 0, changes: Iterable[str] = ()) -> Scenario:
@@ -143,7 +154,7 @@ def load(name_or_path: str, seed: int = 0, changes: Iterable[str] = ()) -> Scena
             raise BadInput(
                 f"there is no scenario {shown(name_or_path)}, and no such file: {near_match(name_or_path, SHIPPED)}"
             )
-    table = read_toml(path, "scenario", "rounds = 60")
+    table = read_toml(path, "scenario", "rounds = 60", MOST_BYTES)
     with within(place):
         return _scenario(table, seed, changes)
 
@@ -176,7 +187,8 @@ def _scenario(table: Table, seed: int, changes: Iterable[str]) -> Scenario:
     jitter = not_negative({"jitter": 0, **own}, "jitter")
     if jitter:
         # what it moves back into the flying space must have been there before
-        check_points("start", "", starts, flying_space(parameters), parameters)
+        check_within("start", "", starts, flying_space(parameters))
+        check_apart("start", "", starts, parameters)
     return Scenario(
         name=text(table, "name", MOST_NAME),
         parameters=parameters,
@@ -191,6 +203,8 @@ def _scenario(table: Table, seed: int, changes: Iterable[str]) -> Scenario:
         jitter=jitter,
         assignment=assignment,
         hold=hold,
+        begin=word({"begin": BEGINNINGS[0], **own}, "begin", BEGINNINGS),
+        repeat=whole(own, "repeat", 1, MOST_ROUNDS) if "repeat" in own else None,
     )
 
 
@@ -242,7 +256,7 @@ def _choices(table: Table) -> Choices:
 def _weights(table: Table) -> Weights:
     with within("[weights]"):
         only(table, WEIGHTS)
-        return Weights(**{name: float(number(table, name)) for name in table})
+        return Weights(**{name: float(number(table, name, ENTRY)) for name in table})
 
 
 @dataclass(frozen=True, slots=True)
@@ -276,26 +290,27 @@ class _Reader:
                     if redraw:
                         raise BadInput("random targets with every are drawn anew each time: assignment must be listed")
                     order = f"assignment {len(listed)}"
-                    change = TargetChange(change.round, shuffled(change.points, self.seed, order))
+                    change = replace(change, points=shuffled(change.points, self.seed, order))
                 listed.append(change)
         return tuple(listed), redraw
 
     def targets(self, table: Table, starts: Sequence[Point]) -> tuple[TargetChange, Redraw | None]:
         """Return the change that a table [[targets]] describes, and how it goes on if it has `every`."""
         begin = whole(table, "round", 0, MOST_ROUNDS)
+        velocity = vector(table, "velocity") if "velocity" in table else STILL
         if "positions" in table:
-            only(table, ("round", "positions"))
-            return TargetChange(begin, points(table["positions"])), None
+            only(table, ("round", "velocity", "positions"))
+            return TargetChange(begin, points(table["positions"]), velocity), None
         formation = _formation(table, (*FORMATIONS, "random", "antipodes"))
         if formation == "antipodes":
-            only(table, ("round", "formation", "centre"))
-            return TargetChange(begin, antipodes(starts, centre(table))), None
-        again = ("every",) if formation == "random" else ()
+            only(table, ("round", "velocity", "formation", "centre"))
+            return TargetChange(begin, antipodes(starts, centre(table)), velocity), None
+        again = ("every",) if formation == "random" and "every" in table else ("velocity",)
         there = self._stand(formation, table, ("round", "formation", *again), len(starts), label(begin))
         redraw = None
         if "every" in table:
             redraw = Redraw(whole(table, "every", 1, MOST_ROUNDS), number(table, "separation"), self.seed)
-        return TargetChange(begin, there), redraw
+        return TargetChange(begin, there, velocity), redraw
 
     def _stand(self, formation: str, table: Table, known: Sequence[str], uavs: int, what: str) -> tuple[Point, ...]:
         """Return `uavs` points in this formation; `table` has its keys and the `known` ones, `what` labels the draw."""

@@ -104,7 +104,7 @@ def _out_of_range(text: str, magnitude: Magnitude) -> BadInput:
     return BadInput(f"{text} is out of range: {magnitude.words}")
 
 
-def read_toml(path: str | os.PathLike[str], kind: str, line: str) -> dict[str, Any]:
+def read_toml(path: str | os.PathLike[str], kind: str, line: str, most_bytes: int = MOST_BYTES) -> dict[str, Any]:
     """Return the table in the TOML file `path`, in which decimals are texts that :func:`read_number` reads exactly.
 
     Raises:
@@ -113,12 +113,12 @@ def read_toml(path: str | os.PathLike[str], kind: str, line: str) -> dict[str, A
     place = os.fspath(path)
     try:
         with open(path, "rb") as file:
-            content = file.read(MOST_BYTES + 1)
+            content = file.read(most_bytes + 1)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
         raise BadInput(f"cannot read the {kind} {place}: {reason}") from None
-    if len(content) > MOST_BYTES:
-        raise BadInput(f"{place} is too long for a {kind}: {MOST_BYTES} bytes are enough")
+    if len(content) > most_bytes:
+        raise BadInput(f"{place} is too long for a {kind}: {most_bytes} bytes are the most")
     try:
         return tomllib.loads(content.decode(), parse_float=lambda text: text.replace("_", ""))
     except RecursionError:
