@@ -97,7 +97,7 @@ from swarmproof.scenario.tables import (
     points,
     subtable,
     text,
-    vector,
+    velocity,
     whole,
     within,
     word,
@@ -297,20 +297,20 @@ class _Reader:
     def targets(self, table: Table, starts: Sequence[Point]) -> tuple[TargetChange, Redraw | None]:
         """Return the change that a table [[targets]] describes, and how it goes on if it has `every`."""
         begin = whole(table, "round", 0, MOST_ROUNDS)
-        velocity = vector(table, "velocity") if "velocity" in table else STILL
+        moving = velocity(table, "velocity") if "velocity" in table else STILL
         if "positions" in table:
             only(table, ("round", "velocity", "positions"))
-            return TargetChange(begin, points(table["positions"]), velocity), None
+            return TargetChange(begin, points(table["positions"]), moving), None
         formation = _formation(table, (*FORMATIONS, "random", "antipodes"))
         if formation == "antipodes":
             only(table, ("round", "velocity", "formation", "centre"))
-            return TargetChange(begin, antipodes(starts, centre(table)), velocity), None
+            return TargetChange(begin, antipodes(starts, centre(table)), moving), None
         again = ("every",) if formation == "random" and "every" in table else ("velocity",)
         there = self._stand(formation, table, ("round", "formation", *again), len(starts), label(begin))
         redraw = None
         if "every" in table:
             redraw = Redraw(whole(table, "every", 1, MOST_ROUNDS), number(table, "separation"), self.seed)
-        return TargetChange(begin, there, velocity), redraw
+        return TargetChange(begin, there, moving), redraw
 
     def _stand(self, formation: str, table: Table, known: Sequence[str], uavs: int, what: str) -> tuple[Point, ...]:
         """Return `uavs` points in this formation; `table` has its keys and the `known` ones, `what` labels the draw."""

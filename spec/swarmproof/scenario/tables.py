@@ -111,16 +111,18 @@ def centre(table: Table) -> tuple[Fraction, Fraction]:
     return (x, y)
 
 
-def vector(table: Table, key: str) -> tuple[Fraction, Fraction, Fraction]:
-    """Return the three numbers `key` of `table`, for x, y and z."""
+def velocity(table: Table, key: str) -> tuple[Fraction, Fraction, Fraction]:
+    """Return the velocity `key` of `table` (m/s)."""
     with within(key):
-        x, y, z = _numbers(table[key], "xyz")
+        x, y, z = _numbers(table[key], "xyz", "m/s")
     return (x, y, z)
 
 
-def _numbers(raw: object, axes: str) -> list[Fraction]:
+def _numbers(raw: object, axes: str, unit: str = "m") -> list[Fraction]:
     example = [0.5, 0, 1][: len(axes)]
     if not isinstance(raw, list) or len(raw) != len(axes):
-        raise BadInput(f"{shown(raw)} is not a list of {len(axes)} numbers [{', '.join(axes)}], such as {example}")
+        raise BadInput(
+            f"{shown(raw)} is not a list of {len(axes)} numbers [{', '.join(axes)}] in {unit}, such as {example}"
+        )
     table = dict(zip(axes, raw, strict=True))
     return [number(table, axis, COORDINATE) for axis in axes]
