@@ -416,7 +416,8 @@ def test_interrupted(after: int) -> None:
     worst = search(IGNORING, 12, 12, interrupt)
     assert worst.evaluated == after
     assert worst.distance == uninterrupted[after - 1]
-    assert worst.description[0].startswith("Interrupted. ")
+    assert worst.stopped == "interrupted"
+    assert worst.description[0].startswith(f"Not finished: interrupted. Flights tried: {after} of 12.")
 
 
 # -- bad input

@@ -19,7 +19,7 @@ from swarmproof.bench.flights import Timed
 from swarmproof.bench.planner import SCHEMA, Figures, Size, circle, document, main, measure, show
 from swarmproof.bench.recording import record
 from swarmproof.bench.situation import Axis, Situation
-from swarmproof.channel.losses import parse
+from swarmproof.channel.grammar import parse
 from swarmproof.flight.fly import Plans
 from swarmproof.motion.lattice import Lattice
 from swarmproof.planning.planner import Planned, Planner

@@ -10,7 +10,8 @@ import pytest
 from tests.test_channel_losses import arrays
 
 from swarmproof.channel.deliver import deliver
-from swarmproof.channel.losses import Jam, Losses, LossModel, nothing_lost, parse
+from swarmproof.channel.grammar import parse
+from swarmproof.channel.losses import Jam, Losses, LossModel, nothing_lost
 from swarmproof.mlr import algorithm1
 from swarmproof.mlr.algorithm1 import CuState
 from swarmproof.mlr.messages import (

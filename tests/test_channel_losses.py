@@ -11,7 +11,8 @@ from math import log, sqrt
 import numpy as np
 import pytest
 
-from swarmproof.channel.losses import FORMS, Burst, Iid, Jam, Losses, LossModel, Recorded, nothing_lost, parse
+from swarmproof.channel.grammar import FORMS, parse
+from swarmproof.channel.losses import Burst, Iid, Jam, Losses, LossModel, Recorded, nothing_lost
 from swarmproof.channel.pattern import Pairs
 from swarmproof.semantics.switches import BadInput
 
@@ -399,7 +400,7 @@ def test_jam_takes_any_integer_for_a_round() -> None:
 @pytest.mark.parametrize(
     ("spec", "says"),
     [
-        ("", "there is no loss model '': choose none, iid:P, burst:P_ENTER,P_LEAVE, jam:START,ROUNDS or script:FILE"),
+        ("", "there is no loss model '': choose none, iid:P, burst:P_ENTER,P_LEAVE, jam:START,ROUNDS, script:FILE"),
         ("nothing", "there is no loss model 'nothing': choose none, "),
         ("None", "there is no loss model 'None'"),
         ("none:", "there is no loss model 'none:'"),

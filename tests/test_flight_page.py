@@ -19,7 +19,7 @@ import pytest
 from swarmproof.assess.judge import FlightVerdict, Flown, Judged
 from swarmproof.assess.log import Log, Logged, Outcome, moved
 from swarmproof.assess.run import Setting, fly
-from swarmproof.channel.losses import parse
+from swarmproof.channel.grammar import parse
 from swarmproof.claims.flight import FLIGHT_CLAIMS
 from swarmproof.mlr.algorithm1 import CuState
 from swarmproof.planning.planner import Planned

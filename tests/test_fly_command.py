@@ -20,6 +20,7 @@ from swarmproof.claims.flight import FLIGHT_CLAIMS
 from swarmproof.claims.registry import CLAIMS, Kind
 from swarmproof.cli import BAD_INPUT, INTERRUPTED, main
 from swarmproof.commands import fly as command
+from swarmproof.explore.search import Limits
 from swarmproof.report.verdicts import ClaimJson
 
 Json = dict[str, Any]
@@ -438,12 +439,12 @@ def test_a_flight_interrupted_at_once_says_so(
 def _explore_interrupted_in(k: int) -> Callable[..., Exhaustive]:
     """Return what stands for `explore_flights`: somebody presses Ctrl-C in round k."""
 
-    def explore(setting: Setting, rounds: int, tell: object) -> Exhaustive:
+    def explore(setting: Setting, rounds: int, tell: object, limits: Limits) -> Exhaustive:
         def interrupt(at: int, done: int, size: int) -> None:
             if at == k:
                 raise KeyboardInterrupt
 
-        return explore_flights(setting, rounds, interrupt)
+        return explore_flights(setting, rounds, interrupt, limits)
 
     return explore
 

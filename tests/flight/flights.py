@@ -12,7 +12,8 @@ from tests.flight.settings import setting
 from swarmproof.assess.exhaustive import Decided
 from swarmproof.assess.judge import Flown, Judge, Judged
 from swarmproof.assess.run import Setting
-from swarmproof.channel.losses import Losses, LossModel, Recorded, parse
+from swarmproof.channel.grammar import parse
+from swarmproof.channel.losses import Losses, LossModel, Recorded
 from swarmproof.flight.fly import Flight, Plans
 from swarmproof.flight.state import Round
 from swarmproof.planning.planner import Planned, Planner

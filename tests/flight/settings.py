@@ -11,7 +11,7 @@ import numpy as np
 from tests.flight.oracle import Flown, Limits, State, broken_constraints, rested, vector
 
 from swarmproof.assess.run import Setting
-from swarmproof.channel.losses import parse
+from swarmproof.channel.grammar import parse
 from swarmproof.flight.fly import Plans
 from swarmproof.motion.lattice import Floats, Lattice
 from swarmproof.planning.plan import Plan

@@ -14,7 +14,7 @@ from tests.margin.settings import examples
 
 from swarmproof.assess.judge import FlightVerdict, Flown
 from swarmproof.assess.run import fly
-from swarmproof.channel.losses import parse
+from swarmproof.channel.grammar import parse
 from swarmproof.flight.state import Round
 from swarmproof.motion.lattice import Floats
 from swarmproof.planning.detour import (

@@ -24,7 +24,8 @@ from swarmproof.assess import separation
 from swarmproof.assess.between import Closest, closest
 from swarmproof.assess.judge import Flown
 from swarmproof.assess.run import Setting, fly
-from swarmproof.channel.losses import Recorded, parse
+from swarmproof.channel.grammar import parse
+from swarmproof.channel.losses import Recorded
 from swarmproof.channel.pattern import Losses, nothing_lost
 from swarmproof.flight.fly import Plans
 from swarmproof.flight.state import Attempt, FlightState, Name, Round

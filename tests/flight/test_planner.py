@@ -31,7 +31,7 @@ from tests.margin.settings import TILTED
 
 from swarmproof.assess.judge import FlightVerdict, Flown
 from swarmproof.assess.run import Setting, fly
-from swarmproof.channel.losses import parse
+from swarmproof.channel.grammar import parse
 from swarmproof.planning import planner as planner_module
 from swarmproof.planning.plan import Plan
 from swarmproof.planning.planner import Planned, Planner, hovering

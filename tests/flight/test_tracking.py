@@ -12,7 +12,7 @@ from tests.flight.settings import lattice, setting
 
 from swarmproof.assess.judge import FlightVerdict, Flown
 from swarmproof.assess.run import fly
-from swarmproof.channel.losses import parse
+from swarmproof.channel.grammar import parse
 from swarmproof.flight.tracking import TrackingError
 from swarmproof.motion.lattice import Floats, Lattice
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from tests.flight.settings import GARBAGE, hover, lattice, setting, wander
 from tests.margin.settings import examples
 
-from swarmproof.channel.losses import parse
+from swarmproof.channel.grammar import parse
 from swarmproof.flight.state import Round
 from swarmproof.mlr.algorithm1 import CuState
 from swarmproof.mlr.event_trigger import JUST_RECALCULATED, NO_OPINION, top_priorities

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from swarmproof.assess.run import Setting
-from swarmproof.channel.losses import Losses, parse
+from swarmproof.channel.grammar import parse
+from swarmproof.channel.losses import Losses
 from swarmproof.commands import fly
 from swarmproof.planning.trigger import Trigger
 from swarmproof.reproduce.cell import DIGITS, Cell

@@ -7,6 +7,7 @@ search a slope where CUs still repair what losses have broken: what promises mos
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from random import Random
@@ -19,6 +20,7 @@ from swarmproof.assess.refly import Flights, Flown, Loss, Pattern, before
 from swarmproof.assess.run import Setting
 from swarmproof.channel.losses import Losses
 from swarmproof.channel.script import shown
+from swarmproof.explore.search import NO_LIMITS, Limits
 from swarmproof.semantics.switches import BadInput
 
 #: The largest budget, and the longest flight: all states of some flights are kept.
@@ -43,18 +45,27 @@ class Worst:
         distance: the smallest scaled distance of references at any time of its flight: a certified lower bound, in m.
         evaluated: how many flights it took.
         description: the pattern in words, a line each.
+        stopped: why the search ended early; None if it did not.
     """
 
     losses: tuple[Losses, ...]
     distance: float
     evaluated: int
     description: list[str]
+    stopped: str | None = None
+
+
+class _TimeIsUp(KeyboardInterrupt):
+    """Ends a search like an interrupt, which Hypothesis lets through at once."""
 
 
 class _Search:
     """Finds the best pattern within a budget."""
 
-    def __init__(self, setting: Setting, rounds: int, budget: int, tell: Callable[[int, float], None]) -> None:
+    def __init__(
+        self, setting: Setting, rounds: int, budget: int, tell: Callable[[int, float], None], limits: Limits
+    ) -> None:
+        self._limits, self._begin = limits, time.perf_counter()
         self.flights = Flights(setting, rounds)
         self._rounds, self._budget, self._tell = rounds, budget, tell
         self._seed = setting.seed
@@ -75,6 +86,8 @@ class _Search:
 
     def _fly(self, pattern: Pattern) -> None:
         """Fly a pattern, if it is a new one and the budget allows it."""
+        if reason := self._limits.too_long(time.perf_counter() - self._begin):
+            raise _TimeIsUp(reason)
         if pattern not in self._worth and self.evaluated < self._budget:
             self._count(self.flights.fly(pattern, [self._lossless, self.best]))
 
@@ -133,17 +146,18 @@ class _Search:
             if self.best.pattern == pattern:
                 return
 
-    def result(self, interrupted: bool) -> Worst:
+    def result(self, stopped: str | None) -> Worst:
         """Return what was found."""
-        best = self.best if interrupted else self.flights.fly(self.best.pattern, [self.best], whole=True)
+        best = self.best if stopped else self.flights.fly(self.best.pattern, [self.best], whole=True)
         last = max(best.missed, default=-1)
         losses = tuple(self.flights.losses(best.missed.get(k, ())) for k in range(last + 1))
-        begin = "Interrupted. " if interrupted else ""
+        begin = f"Not finished: {stopped}. " if stopped else ""
+        budget = f" of {self._budget}" if stopped else ""
         end = "has these losses:" if best.pattern else "has no losses."
         far = f"{best.distance:.4f} m in round {best.nearest}"
-        words = [f"{begin}Flights tried: {self.evaluated}. The closest approach, {far}, {end}"]
+        words = [f"{begin}Flights tried: {self.evaluated}{budget}. The closest approach, {far}, {end}"]
         words += [self.flights.in_words(loss) for loss in best.pattern]
-        return Worst(losses, best.distance, self.evaluated, words)
+        return Worst(losses, best.distance, self.evaluated, words, stopped)
 
     def _changed(self) -> Pattern:
         """Return the best pattern with one change, or some."""
@@ -197,31 +211,40 @@ class _Search:
         return tuple(pattern)
 
 
-def search(setting: Setting, rounds: int, budget: int, tell: Callable[[int, float], None]) -> Worst:
+def search(
+    setting: Setting, rounds: int, budget: int, tell: Callable[[int, float], None], limits: Limits = NO_LIMITS
+) -> Worst:
     """Search for the losses that bring the swarm closest: the same for the same arguments, however long it takes.
 
     Half of the budget is for Hypothesis, which draws patterns and climbs from the best ones, half for local search and
-    for leaving out what is not needed. Interrupted, it returns the best pattern so far, if one has been flown.
+    for leaving out what is not needed. Stopped early, it returns the best pattern so far; interrupted, only if one has
+    been flown.
 
     Args:
         setting: the flight; its seed is that of the search, too.
         rounds: how long it is, at least one.
         budget: how many flights may be flown, at least one.
         tell: called after each flight with their number, and the smallest distance so far, in m.
+        limits: when to stop early: seconds only, looked at after each flight.
 
     Raises:
         BadInput: there are too many rounds, or the flight cannot begin.
+        ValueError: a limit of states, which this search has none of.
     """
+    if limits.max_states is not None:
+        raise ValueError("flights are what this search counts, and they have a budget")
     if rounds > MOST_ROUNDS:
         raise BadInput(f"--loss adversary:{budget} cannot search through {rounds} rounds: at most {MOST_ROUNDS}")
-    found = _Search(setting, rounds, budget, tell)
+    found = _Search(setting, rounds, budget, tell, limits)
     try:
         found.look_around(budget // 2)
         found.refine()
         found.simplify()
-        return found.result(interrupted=False)
+        return found.result(stopped=None)
+    except _TimeIsUp as reason:
+        return found.result(stopped=str(reason))
     except KeyboardInterrupt:
-        return found.result(interrupted=True)
+        return found.result(stopped="interrupted")
 
 
 def parse_budget(text: str) -> int:

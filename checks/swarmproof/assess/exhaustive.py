@@ -27,6 +27,7 @@ from swarmproof.assess.run import Setting
 from swarmproof.claims.flight import FLIGHT_CLAIMS, Approach, Dip, FlightClaim, ObservedFlight, references_apart
 from swarmproof.claims.predicates import Broken
 from swarmproof.claims.registry import CLAIMS, Claim, Kind
+from swarmproof.explore.search import NO_LIMITS, Limits
 from swarmproof.flight.fly import Flight
 from swarmproof.flight.state import Computed, FlightState, Round
 from swarmproof.mlr import algorithm1
@@ -68,6 +69,24 @@ class Decided:
     chain: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True)
+class Begun:
+    """How far a round came that was not finished.
+
+    Attributes:
+        k: the round.
+        flown: of how many of the `swarms` before it every pattern was flown.
+        found: how many different swarms after it are known.
+        patterns: the number of loss patterns of rounds 0 to k that were flown.
+    """
+
+    k: int
+    flown: int
+    swarms: int
+    found: int
+    patterns: int
+
+
 @dataclass
 class Exhaustive:
     """What was found.
@@ -80,6 +99,7 @@ class Exhaustive:
         tracked: the same of all trajectories in valid trackers; None if there were no two.
         continuous_lower: a certified lower bound of the references' distance at all times, in m.
         stopped: why it ended before the last round; None if it did not.
+        begun: how far the round came in which it ended; None if every round was finished.
     """
 
     patterns: list[int] = field(default_factory=list)
@@ -91,6 +111,7 @@ class Exhaustive:
     tracked: float | None = None
     continuous_lower: float = inf
     stopped: str | None = None
+    begun: Begun | None = None
     claims: tuple[Decided, ...] = ()
     seconds: float = 0.0
 
@@ -121,7 +142,9 @@ class _Reached:
 
 
 class _Search:
-    def __init__(self, setting: Setting) -> None:
+    def __init__(self, setting: Setting, limits: Limits) -> None:
+        self._limits = limits
+        self._begin = time.perf_counter()
         uavs, cus = setting.scenario.uavs, setting.cus
         if uavs > MOST_UAVS or cus > MOST_CUS:
             raise BadInput(
@@ -139,58 +162,78 @@ class _Search:
         self.found = Exhaustive()
 
     def run(self, rounds: int, tell: Callable[[int, int, int], None]) -> Exhaustive:
-        begin = time.perf_counter()
         start = self._flight.initial()
         level: dict[Hashable, _Reached] = {
             _key(start): _Reached(start, View.of(self._lattice, start), patterns=1, lost=0)
         }
-        self._between(level.values())
         try:
+            self._between(level.values())
             for k in range(rounds):
                 level = self._next(level, k, tell)
                 self._between(level.values())
+                self.found.begun = None
                 self.found.patterns.append(sum(reached.patterns for reached in level.values()))
                 self.found.swarms.append(len(level))
         except KeyboardInterrupt:
             self.found.stopped = "interrupted"
-        except _TooMany:
-            self.found.stopped = f"more than {MOST_SWARMS} swarms"
-        return self._finish(time.perf_counter() - begin)
+        except _Stopped as stopped:
+            self.found.stopped = str(stopped)
+        return self._finish(time.perf_counter() - self._begin)
+
+    def _check_limits(self, following: int) -> None:
+        """Stop the search if a limit is reached, with so many swarms known of the round that is being flown."""
+        if following > MOST_SWARMS:
+            raise _Stopped(f"more than {MOST_SWARMS} swarms")
+        seconds = time.perf_counter() - self._begin
+        reason = self._limits.too_many(sum(self.found.swarms) + following) or self._limits.too_long(seconds)
+        if reason is not None:
+            raise _Stopped(reason)
 
     def _next(
         self, level: dict[Hashable, _Reached], k: int, tell: Callable[[int, int, int], None]
     ) -> dict[Hashable, _Reached]:
         following: dict[Hashable, _Reached] = {}
-        for done, reached in enumerate(level.values()):
-            if done % 20 == 0:
-                tell(k, done, len(level))
-            computed = self._flight.compute(reached.state)
-            for patterns, at_cus, at_uavs in outcomes(self._flight, reached.state, computed):
-                self.found.transitions += 1
-                flown = self._flight.receive(reached.state, computed, at_cus, at_uavs)
-                observed, view = observe_round(self._lattice, reached.view, flown)
-                key = _key(flown.after)
-                lost = reached.lost + sum(got.lost for got in (*at_cus, *at_uavs))
-                # what a round shows keeps its way: on a better one to the same swarm, it need not be seen
-                this = _Reached(flown.after, view, 0, lost, (reached, flown))
-                known = following.setdefault(key, replace(this))
-                known.patterns += patterns * reached.patterns
-                if lost < known.lost:
-                    known.lost, known.way = lost, this.way
-                self._sampled.take(observed.flown)
-                self._tracked.take(observed.learned)
-                for claim in FLIGHT_CLAIMS:
-                    if claim.in_round is not None:
-                        self._note(
-                            claim.id, this, claim.in_round(observed), claim.approach and claim.approach(observed)
-                        )
-            if len(following) > MOST_SWARMS:
-                raise _TooMany
-        for known in following.values():
+        done = 0
+        try:
+            for done, reached in enumerate(level.values()):
+                if done % 20 == 0:
+                    tell(k, done, len(level))
+                self._fly_on(reached, following)
+            done = len(level)
+        finally:
+            # also of a round that is not finished: what was found on the way is kept
+            patterns = sum(known.patterns for known in following.values())
+            self.found.begun = Begun(k, done, len(level), len(following), patterns)
+            self._look_at_protocol(following.values())
+        return following
+
+    def _look_at_protocol(self, following: Iterable[_Reached]) -> None:
+        for known in following:
             seen = observe(known.state.swarm)
             for protocol_claim in self._protocol:
                 self._note(protocol_claim.id, known, protocol_claim.broken_in(seen))
-        return following
+
+    def _fly_on(self, reached: _Reached, following: dict[Hashable, _Reached]) -> None:
+        """Fly every pattern of a round from a swarm on, and note what that shows and leads to."""
+        computed = self._flight.compute(reached.state)
+        for patterns, at_cus, at_uavs in outcomes(self._flight, reached.state, computed):
+            self.found.transitions += 1
+            flown = self._flight.receive(reached.state, computed, at_cus, at_uavs)
+            observed, view = observe_round(self._lattice, reached.view, flown)
+            key = _key(flown.after)
+            lost = reached.lost + sum(got.lost for got in (*at_cus, *at_uavs))
+            # what a round shows keeps its way: on a better one to the same swarm, it need not be seen
+            this = _Reached(flown.after, view, 0, lost, (reached, flown))
+            known = following.setdefault(key, replace(this))
+            known.patterns += patterns * reached.patterns
+            if lost < known.lost:
+                known.lost, known.way = lost, this.way
+            self._sampled.take(observed.flown)
+            self._tracked.take(observed.learned)
+            for claim in FLIGHT_CLAIMS:
+                if claim.in_round is not None:
+                    self._note(claim.id, this, claim.in_round(observed), claim.approach and claim.approach(observed))
+            self._check_limits(len(following))
 
     def _note(self, claim: str, reached: _Reached, broken: list[Broken], approach: Approach | None = None) -> None:
         if not broken:
@@ -219,6 +262,7 @@ class _Search:
                 dip = Dip(sqrt(max(nearest.lower, 0.0)) * unit * (1 - 2.0**-50), decided, nearest.pair, where)
                 self._undecided |= decided is None
                 self._note("eq-2", reached, references_apart(ObservedFlight(distance, dip, None, 0.0, 0.0, ())))
+            self._check_limits(0)
 
     def _finish(self, seconds: float) -> Exhaustive:
         found = self.found
@@ -237,27 +281,35 @@ class _Search:
             cause = reached.rounds()
             chain = () if approach is None else tuple(explain(self._lattice, cause, approach, self._flight.origin))
             return Decided(claim, Verdict.VIOLATED, why, reached.state.k, reached.lost, cause, chain)
-        if self.found.stopped is not None or (claim.id == "eq-2" and self._undecided):
-            return Decided(claim, Verdict.UNDECIDED, self.found.stopped or "too close to d_min to tell")
+        if claim.id == "eq-2" and self._undecided:
+            return Decided(claim, Verdict.UNDECIDED, "too close to d_min to tell")
+        if self.found.stopped is not None:
+            complete = len(self.found.patterns)
+            whole = f"; holds for the first {complete} {'round' if complete == 1 else 'rounds'}" if complete else ""
+            return Decided(claim, Verdict.UNDECIDED, self.found.stopped + whole)
         return Decided(claim, Verdict.HOLDS, "")
 
 
-class _TooMany(Exception):
-    pass
+class _Stopped(Exception):
+    """Says which limit ends a search."""
 
 
-def explore_flights(setting: Setting, rounds: int, tell: Callable[[int, int, int], None]) -> Exhaustive:
+def explore_flights(
+    setting: Setting, rounds: int, tell: Callable[[int, int, int], None], limits: Limits = NO_LIMITS
+) -> Exhaustive:
     """Fly every loss pattern of the first `rounds` rounds, and decide the claims for them.
 
     Args:
         setting: the flight.
         rounds: how many rounds have losses; what is known and flown after them is looked at, too.
         tell: called with the round, and how many of how many swarms have been flown on in it.
+        limits: when to stop early; states are the different swarms of all rounds. Whatever stops it, the rounds that
+            were finished are decided, and what is violated after them is kept.
 
     Raises:
         BadInput: the swarm is too large.
     """
-    return _Search(setting).run(rounds, tell)
+    return _Search(setting, limits).run(rounds, tell)
 
 
 def parse_rounds(text: str) -> int:

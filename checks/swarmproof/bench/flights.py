@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from swarmproof.assess.run import Setting, fly
-from swarmproof.channel.losses import parse
+from swarmproof.channel.grammar import parse
 
 
 @dataclass(frozen=True)

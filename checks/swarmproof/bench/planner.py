@@ -26,7 +26,7 @@ from swarmproof.assess.run import Setting
 from swarmproof.bench.contest import OURS, SOLVERS, Calls, Parts, contenders, parts, race
 from swarmproof.bench.flights import Timed, time_flights
 from swarmproof.bench.recording import record
-from swarmproof.channel.losses import parse
+from swarmproof.channel.grammar import parse
 from swarmproof.motion.lattice import Floats
 from swarmproof.planning.problem import Task
 from swarmproof.planning.trigger import Trigger

@@ -24,6 +24,20 @@ class Limits:
     max_states: int | None = None
     max_seconds: float | None = None
 
+    def too_many(self, states: int) -> str | None:
+        """Return which limit is reached with so many states; None if none is."""
+        return None if self.max_states is None or states < self.max_states else f"the limit of {self.max_states} states"
+
+    def too_long(self, seconds: float) -> str | None:
+        """Return which limit is reached after so many seconds; None if none is."""
+        return (
+            None if self.max_seconds is None or seconds < self.max_seconds else f"the limit of {self.max_seconds:g} s"
+        )
+
+
+#: Until it is done, or interrupted.
+NO_LIMITS = Limits()
+
 
 @dataclass(frozen=True)
 class Progress:
@@ -102,7 +116,7 @@ def explore(
 
     A search that is interrupted (KeyboardInterrupt) returns what it has found, and says so in `stopped`.
     """
-    limits = limits or Limits()
+    limits = limits or NO_LIMITS
     began = time.monotonic()
     exploration = Exploration(rounds, rounds.initial_key() if start is None else start)
     try:
@@ -150,13 +164,13 @@ def _next_level(
             states, seconds = last + len(found), time.monotonic() - began
             if on_progress is not None:
                 on_progress(Progress(states, last - chunk.stop + len(found), exploration.depth + 1, seconds))
-            if limits.max_states is not None and states >= limits.max_states and found:
+            if found and limits.max_states is not None and (reason := limits.too_many(states)):
                 kept = sorted(found)[: max(limits.max_states - last, 0)]
-                return {key: found[key] for key in kept}, f"the limit of {limits.max_states} states"
+                return {key: found[key] for key in kept}, reason
             if states >= MOST_STATES:
                 return found, f"the engine's limit of {MOST_STATES} states"
-            if limits.max_seconds is not None and seconds >= limits.max_seconds:
-                return found, f"the limit of {limits.max_seconds:g} s"
+            if reason := limits.too_long(seconds):
+                return found, reason
     except KeyboardInterrupt:
         return found, "interrupted"
     return found, None

@@ -7,7 +7,8 @@ import shlex
 from dataclasses import dataclass
 
 from swarmproof.assess.run import Setting
-from swarmproof.channel.losses import LossModel, parse
+from swarmproof.channel.grammar import parse
+from swarmproof.channel.losses import LossModel
 
 #: Hexadecimal digits of a cell's id: among 10,000 cells, two have the same id with a probability of 5e-5.
 DIGITS = 10

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from swarmproof.channel.pattern import Losses, Pairs
 from swarmproof.mlr.network import Air, Reception, receive_at_cu, receive_at_uav
 from swarmproof.semantics.switches import Semantics
@@ -20,6 +22,7 @@ def deliver(air: Air, losses: Losses, semantics: Semantics) -> tuple[tuple[Recep
     """
     if losses.cu_uav.shape != (len(air.slots), len(air.uav_messages)):
         raise ValueError(f"losses of {losses.cu_uav.shape} CUs and UAVs do not fit what is transmitted")
+    losses = _in_slots(air, losses, semantics)
     at_cus = tuple(
         receive_at_cu(w, air, lost_uavs, lost_slots, decoded, semantics)
         for w, (lost_uavs, lost_slots, decoded) in enumerate(
@@ -40,6 +43,32 @@ def deliver(air: Air, losses: Losses, semantics: Semantics) -> tuple[tuple[Recep
             shared[missed] = receive_at_uav(i, air, *missed, semantics)
         at_uavs.append(shared[missed])
     return at_cus, tuple(at_uavs)
+
+
+def _in_slots(air: Air, losses: Losses, semantics: Semantics) -> Losses:
+    """Return the same losses slot by slot, now that it is known who sends in each.
+
+    In a conflict, who gets only one of the two messages hears that one; who gets neither has lost the slot. With
+    `slot_conflict=cu-wins` only the CU's message can be heard, so that it is the one that counts.
+    """
+    by = losses.by_sender
+    if by is None:
+        return losses
+    cus = len(air.slots)
+    lost = np.concatenate([losses.cu_slot, losses.uav_slot])
+    decoded = np.concatenate([losses.replies_at_cus, losses.replies_at_uavs])
+    for s, (message, reply) in enumerate(air.slots):
+        of_cu = by.of_cus[:, s]
+        if reply is None or (message is not None and semantics.slot_conflict == "cu-wins"):
+            lost[:, s] |= of_cu
+            continue
+        of_uav = by.of_uavs[:, s, reply.uav]
+        if message is None:
+            lost[:, s] |= of_uav
+            continue
+        lost[:, s] |= of_cu & of_uav
+        decoded[:, s] = np.where(of_cu ^ of_uav, of_cu, decoded[:, s])
+    return Losses(losses.cu_uav, lost[:cus], lost[cus:], decoded[:cus], decoded[cus:])
 
 
 def _marked(array: Pairs) -> list[_Indices]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 
 import numpy as np
@@ -13,6 +13,31 @@ from swarmproof.mlr.network import Reception
 
 #: One truth value per (receiver, message): rows are receivers.
 Pairs = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BySender:
+    """What is lost in the slots of M CUs where that depends on who sends; the arrays become read-only.
+
+    Rows are receivers: the M CUs, then the N UAVs.
+
+    Attributes:
+        of_cus: (M + N, M), the receiver does not get what CU s itself sends in slot s.
+        of_uavs: (M + N, M, N), the receiver does not get what UAV i replies in slot s.
+
+    Raises:
+        ValueError: the shapes do not fit together.
+    """
+
+    of_cus: Pairs
+    of_uavs: Pairs
+
+    def __post_init__(self) -> None:
+        receivers, cus = self.of_cus.shape
+        if self.of_uavs.shape != (receivers, cus, receivers - cus):
+            raise ValueError(f"an array of {self.of_uavs.shape} does not fit {receivers - cus} UAVs and {cus} CUs")
+        self.of_cus.setflags(write=False)
+        self.of_uavs.setflags(write=False)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,6 +55,7 @@ class Losses:
         replies_at_cus: (M, M), where two transmit in slot s and `slot_conflict=either`: True if CU w decodes the UAV's
             reply, False if it decodes the CU's message.
         replies_at_uavs: (N, M), the same at UAV i.
+        by_sender: what is lost in slots besides, depending on the sender; None if nothing is.
 
     Raises:
         ValueError: the shapes do not fit together.
@@ -40,6 +66,7 @@ class Losses:
     uav_slot: Pairs
     replies_at_cus: Pairs
     replies_at_uavs: Pairs
+    by_sender: BySender | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         cus, uavs = self.cu_uav.shape
@@ -53,10 +80,12 @@ class Losses:
             if array.shape != (receivers, messages):
                 raise ValueError(f"an array of {array.shape} does not fit {uavs} UAVs and {cus} CUs")
             array.setflags(write=False)
+        if self.by_sender is not None and self.by_sender.of_cus.shape != (cus + uavs, cus):
+            raise ValueError(f"losses by sender of {self.by_sender.of_cus.shape} do not fit {uavs} UAVs and {cus} CUs")
 
     @property
     def count(self) -> int:
-        """The number of pairs marked as lost, whether anything is sent or not.
+        """The number of pairs marked as lost, whether anything is sent or not, those of `by_sender` left out.
 
         What a flight lost is the sum of `Reception.lost`.
         """
@@ -70,6 +99,18 @@ def nothing_lost(uavs: int, cus: int) -> Losses:
         np.zeros((cus, uavs), bool),
         np.zeros((cus, cus), bool),
         np.zeros((uavs, cus), bool),
+        np.zeros((cus, cus), bool),
+        np.zeros((uavs, cus), bool),
+    )
+
+
+@cache
+def everything_lost(uavs: int, cus: int) -> Losses:
+    """Return the losses of a round in which nothing arrives but what a sender has of its own."""
+    return Losses(
+        np.ones((cus, uavs), bool),
+        np.ones((cus, cus), bool),
+        np.ones((uavs, cus), bool),
         np.zeros((cus, cus), bool),
         np.zeros((uavs, cus), bool),
     )

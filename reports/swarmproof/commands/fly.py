@@ -14,12 +14,14 @@ from rich.table import Table
 
 from swarmproof.assess.adversary import Worst, parse_budget, search
 from swarmproof.assess.exhaustive import Decided, explore_flights, parse_rounds
-from swarmproof.assess.judge import Judged
+from swarmproof.assess.judge import Flown, Judged
 from swarmproof.assess.log import Log
 from swarmproof.assess.run import Setting, fly
-from swarmproof.channel.losses import FORMS, LossModel, Recorded, parse
+from swarmproof.channel.grammar import COMBINED, FORMS, parse, without_effect
+from swarmproof.channel.losses import LossModel, Recorded
 from swarmproof.channel.script import write_script
-from swarmproof.commands.options import whole_number, write_json
+from swarmproof.commands.options import add_limits, limits_of, whole_number, write_json
+from swarmproof.explore.search import Limits
 from swarmproof.flight.state import Round
 from swarmproof.planning.trigger import Trigger
 from swarmproof.report import flight_page, flight_words
@@ -31,6 +33,7 @@ from swarmproof.semantics.switches import PRESETS, BadInput
 #: Forms of --loss that are no loss models but searches for losses.
 SEARCHES = ("adversary:BUDGET", "exhaustive:ROUNDS")
 MOST_ROUNDS = 100_000
+UNDECIDED = 3
 _COLOURS: dict[str, str] = {
     "violated": "red",
     "not-violated": "green",
@@ -46,7 +49,8 @@ def add_parser(commands: Any) -> None:
         "fly",
         help="fly a scenario with planned trajectories under message loss, and check every claim on the way",
         description="Fly a scenario: the protocol with real trajectories, planned by (13) and checked exactly.",
-        epilog="Exit codes: 0 nothing violated, 1 something violated, 2 bad input.",
+        epilog=_loss_help() + "\n\nExit codes: 0 nothing violated, 1 something violated, 2 bad input, 3 undecided.",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
     parser.set_defaults(run=run)
@@ -54,7 +58,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument("--cus", type=whole_number, default=2, metavar="M", help="number of compute units (default 2)")
     parser.add_argument("--trigger", default="HT", metavar="T", help=f"{', '.join(Trigger)} (default HT)")
     parser.add_argument(
-        "--loss", default="none", metavar="SPEC", help=f"{', '.join([*FORMS, *SEARCHES])} (default none)"
+        "--loss", default="none", metavar="SPEC", help=f"{', '.join([*FORMS, *SEARCHES])}; see below (default none)"
     )
     parser.add_argument(
         "--semantics", default="guarded", metavar="PRESET", help=f"as in verify: {', '.join(PRESETS)} (default guarded)"
@@ -70,8 +74,16 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--rounds", type=whole_number, metavar="K", help="length of the flight (default: the scenario's)"
     )
+    add_limits(parser, states="swarms (--loss exhaustive)")
     parser.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard output")
     parser.add_argument("--report", metavar="DIR", help="write a page with pictures into this folder")
+
+
+def _loss_help() -> str:
+    """Return how losses are written, with examples."""
+    width = max(len(example) for example, _ in COMBINED.values()) + 4
+    lines = [f"  {example!r:{width}}{meaning}" for example, meaning in COMBINED.values()]
+    return "\n".join(["--loss takes any of its models alone, or:", *lines])
 
 
 def run(options: argparse.Namespace) -> int:
@@ -88,23 +100,47 @@ def run(options: argparse.Namespace) -> int:
     )
     rounds = setting.scenario.rounds
     kind, _, argument = options.loss.partition(":")
+    limits = _limits(options, kind)
     if kind == "exhaustive":
         if options.rounds is not None:
             raise BadInput("--rounds does not go with --loss exhaustive:ROUNDS, which says how many rounds are flown")
         of_all = parse_rounds(argument)
         folder = _claim(options)
-        return _every_pattern(setting, of_all, options, folder, console)
+        return _every_pattern(setting, of_all, limits, options, folder, console)
     budget = parse_budget(argument) if kind == "adversary" else None
     losses = None if budget is not None else parse(options.loss, setting.scenario.uavs, setting.cus, setting.seed)
     folder = _claim(options)
+    undecided = False
     if losses is None or budget is not None:
-        worst = _search(setting, rounds, budget or 1)
+        worst = _search(setting, rounds, budget or 1, limits)
+        undecided = worst.stopped is not None
         losses = Recorded(worst.losses, setting.scenario.uavs, setting.cus)
         if folder is not None:
             write_script(folder / "losses.json", worst.losses, setting.scenario.uavs, setting.cus)
         for line in worst.description:
             console.print(escape(line), soft_wrap=True)
-    return _one_flight(setting, losses, rounds, options, folder, console)
+    code = _one_flight(setting, losses, rounds, options, folder, console)
+    return UNDECIDED if undecided and not code else code
+
+
+def _limits(options: argparse.Namespace, kind: str) -> Limits:
+    """Return when a search stops early.
+
+    Raises:
+        BadInput: the limits do not go with this kind of loss.
+    """
+    limits = limits_of(options)
+    given = [name for name in ("max_states", "max_seconds") if getattr(limits, name) is not None]
+    if kind == "adversary" and "max_states" in given:
+        raise BadInput("--max-states does not go with --loss adversary:BUDGET, whose BUDGET is the number of flights")
+    if given and kind not in ("adversary", "exhaustive"):
+        option = given[0].replace("_", "-")
+        searches = "exhaustive:ROUNDS" if option == "max-states" else " or ".join(reversed(SEARCHES))
+        raise BadInput(
+            f"--{option} does not go with --loss {options.loss}, which is one flight: it ends a search, --loss "
+            f"{searches}; for a shorter flight, give --rounds K"
+        )
+    return limits
 
 
 def _claim(options: argparse.Namespace) -> Path | None:
@@ -138,14 +174,26 @@ def _one_flight(
         flight_page.write_flight(folder, setting, options.loss, flown, log)
     write_json(options.json, flight_words.document(setting, flown, seconds))
     _print(console, flight_words.headline(setting, flown), flown.claims)
-    for line in flight_words.summary(flown):
+    for line in [*flight_words.summary(flown), *_without_effect(setting, options, flown)]:
         console.print(escape(line), soft_wrap=True)
     console.print(flight_words.scope(setting, options.loss, flown), style="bright_black", soft_wrap=True)
     return 1 if flown.violated else 0
 
 
+def _without_effect(setting: Setting, options: argparse.Namespace, flown: Flown) -> list[str]:
+    """Return what was asked to be lost and was not; of a search, that is no mistake of anybody."""
+    if options.loss.startswith("adversary:"):
+        return []
+    return without_effect(options.loss, setting.scenario.uavs, setting.cus, flown.rounds, flown.lost)
+
+
 def _every_pattern(
-    setting: Setting, rounds: int, options: argparse.Namespace, folder: Path | None, console: Console
+    setting: Setting,
+    rounds: int,
+    limits: Limits,
+    options: argparse.Namespace,
+    folder: Path | None,
+    console: Console,
 ) -> int:
     with _bar("swarms") as bar:
         task = bar.add_task("", total=None)
@@ -153,6 +201,7 @@ def _every_pattern(
             setting,
             rounds,
             lambda k, done, size: bar.update(task, description=f"round {k}", completed=done, total=size),
+            limits,
         )
     if folder is not None:
         write_patterns(folder, setting, rounds, found)
@@ -161,10 +210,10 @@ def _every_pattern(
     for line in flight_words.patterns_summary(found):
         console.print(escape(line), soft_wrap=True)
     console.print(flight_words.patterns_scope(setting, rounds, found), style="bright_black", soft_wrap=True)
-    return 1 if found.violated else 3 if found.stopped is not None else 0
+    return 1 if found.violated else UNDECIDED if found.stopped is not None else 0
 
 
-def _search(setting: Setting, rounds: int, budget: int) -> Worst:
+def _search(setting: Setting, rounds: int, budget: int, limits: Limits) -> Worst:
     with _bar("flights") as bar:
         task = bar.add_task("", total=budget)
         return search(
@@ -172,6 +221,7 @@ def _search(setting: Setting, rounds: int, budget: int) -> Worst:
             rounds,
             budget,
             lambda done, nearest: bar.update(task, completed=done, description=f"closest so far {nearest:.4f} m"),
+            limits,
         )
 
 

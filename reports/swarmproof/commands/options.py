@@ -6,6 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from swarmproof.explore.search import Limits
 from swarmproof.semantics.switches import BadInput
 
 
@@ -14,6 +15,39 @@ def whole_number(text: str) -> int:
     if not text.isdecimal() or len(text) > 9:
         raise argparse.ArgumentTypeError(f"{text!r} is no whole number of at least 0")
     return int(text)
+
+
+def positive_number(text: str) -> int:
+    """Return the whole number, at least 1, in `text`: an argparse type."""
+    try:
+        number = int(text)
+    except ValueError:
+        number = 0
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is no whole number of at least 1")
+    return number
+
+
+def positive_seconds(text: str) -> float:
+    """Return the number of seconds in `text`: an argparse type."""
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = 0.0
+    if not 0 < seconds < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r} is no positive number of seconds")
+    return seconds
+
+
+def add_limits(parser: argparse.ArgumentParser, states: str = "states") -> None:
+    """Add the options that end a search early; `states` says what is counted."""
+    parser.add_argument("--max-states", type=positive_number, metavar="K", help=f"stop after K {states}: undecided")
+    parser.add_argument("--max-seconds", type=positive_seconds, metavar="S", help="stop after S seconds: undecided")
+
+
+def limits_of(options: argparse.Namespace) -> Limits:
+    """Return the limits that these options give."""
+    return Limits(options.max_states, options.max_seconds)
 
 
 def write_json(target: str | None, text: str) -> None:

@@ -16,6 +16,7 @@ from rich.status import Status
 from rich.table import Table
 
 from swarmproof.claims.registry import select_claims
+from swarmproof.commands.options import add_limits, limits_of, positive_number
 from swarmproof.explore.search import Limits
 from swarmproof.explore.search import Progress as SearchProgress
 from swarmproof.report.folder import claim_file, claim_folder, write_result
@@ -46,8 +47,8 @@ def add_parser(commands: Any) -> None:
         allow_abbrev=False,
     )
     parser.set_defaults(run=run)
-    parser.add_argument("--uavs", type=_number, metavar="N", help="number of UAVs (default 2)")
-    parser.add_argument("--cus", type=_number, metavar="M", help="number of compute units (default 2)")
+    parser.add_argument("--uavs", type=positive_number, metavar="N", help="number of UAVs (default 2)")
+    parser.add_argument("--cus", type=positive_number, metavar="M", help="number of compute units (default 2)")
     parser.add_argument(
         "--semantics", metavar="PRESET", help=f"how the paper is read: {', '.join(PRESETS)} (default printed)"
     )
@@ -57,33 +58,12 @@ def add_parser(commands: Any) -> None:
     parser.add_argument("--claim", action="append", default=[], metavar="ID", help="decide only this claim")
     parser.add_argument("--json", metavar="FILE", help="write the verdicts as JSON; - for standard output")
     parser.add_argument("--report", metavar="DIR", help="write pages and replayable traces into this folder")
-    parser.add_argument("--max-states", type=_number, metavar="K", help="stop after K states: undecided")
-    parser.add_argument("--max-seconds", type=_seconds, metavar="S", help="stop after S seconds: undecided")
+    add_limits(parser)
     parser.add_argument(
         "--matrix",
         action="store_true",
         help="verify the recorded configurations and compare; --uavs, --cus, --semantics select among them",
     )
-
-
-def _number(text: str) -> int:
-    try:
-        number = int(text)
-    except ValueError:
-        number = 0
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is no whole number of at least 1")
-    return number
-
-
-def _seconds(text: str) -> float:
-    try:
-        seconds = float(text)
-    except ValueError:
-        seconds = 0.0
-    if not 0 < seconds < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text!r} is no positive number of seconds")
-    return seconds
 
 
 def run(options: argparse.Namespace) -> int:
@@ -93,7 +73,7 @@ def run(options: argparse.Namespace) -> int:
         BadInput: an option cannot be; a sentence says which and what would be right.
     """
     console = Console(stderr=options.json == "-", highlight=False)
-    limits = Limits(options.max_states, options.max_seconds)
+    limits = limits_of(options)
     if options.matrix:
         return _run_matrix(options, console, limits)
     semantics = Semantics.parse(options.semantics or "printed", options.set)

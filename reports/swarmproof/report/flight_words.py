@@ -83,6 +83,19 @@ def patterns_summary(found: Exhaustive) -> list[str]:
         f"Smallest scaled distance of references: {_metres(found.sampled)} at samples, of all trajectories in valid "
         f"trackers (over their whole horizon) {_metres(found.tracked)}; at any time of these rounds at least "
         f"{found.continuous_lower:.6f} m.",
+        *_begun(found),
+    ]
+
+
+def _begun(found: Exhaustive) -> list[str]:
+    """Return how far the round came that was not finished, if there is one."""
+    begun = found.begun
+    if begun is None:
+        return []
+    return [
+        f"Not finished: round {begun.k}. Of the {begun.swarms} swarms before it, {begun.flown} were flown on under "
+        f"every pattern; {begun.patterns} loss patterns of rounds 0 to {begun.k} were flown, which lead to {begun.found} "
+        "different swarms.",
     ]
 
 
