@@ -9,18 +9,20 @@ from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
 from random import Random
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from tests.flight.settings import setting
 
-from swarmproof.assess import refly
+from swarmproof.assess import adversary, refly
 from swarmproof.assess.adversary import LENGTHS, MOST_DRAWN, Worst, parse_budget, search
 from swarmproof.assess.between import closest
 from swarmproof.assess.observing import reference_pieces
 from swarmproof.assess.refly import DEAF, Flights, Flown, Loss, Pattern, before, places
 from swarmproof.assess.run import Setting, fly
 from swarmproof.channel.losses import Recorded
+from swarmproof.explore.search import Limits
 from swarmproof.flight.state import FlightState
 from swarmproof.motion.lattice import Floats, Lattice
 from swarmproof.planning.planner import Planned, Planner
@@ -420,7 +422,32 @@ def test_interrupted(after: int) -> None:
     assert worst.description[0].startswith(f"Not finished: interrupted. Flights tried: {after} of 12.")
 
 
+@pytest.mark.parametrize("after", [1, 3, 11])
+def test_a_limit_of_seconds(after: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Out of time, in either phase, the search keeps the best pattern so far; it has flown at least once."""
+    uninterrupted, _ = told(IGNORING, 12, 12)
+    clock = [0.0]
+    monkeypatch.setattr(adversary, "time", SimpleNamespace(perf_counter=lambda: clock[0]))
+
+    def tell(done: int, nearest: float) -> None:
+        clock[0] = float(done)
+
+    worst = search(IGNORING, 12, 12, tell, Limits(max_seconds=after))
+    assert worst.stopped == f"the limit of {after} s"
+    assert worst.evaluated == after
+    assert worst.distance == uninterrupted[after - 1]
+    assert worst.description[0].startswith(f"Not finished: the limit of {after} s. Flights tried: {after} of 12.")
+    clock[0] = 0.0
+    assert search(IGNORING, 12, 12, tell, Limits(max_seconds=13)).stopped is None
+
+
 # -- bad input
+
+
+def test_states_are_no_limit_of_this_search() -> None:
+    """It counts flights, and has a budget of these."""
+    with pytest.raises(ValueError, match="have a budget"):
+        search(GUARDED, 12, 5, quiet, Limits(max_states=3))
 
 
 def test_budget() -> None:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
+from random import Random
 from typing import Any
 
 import numpy as np
@@ -51,6 +53,108 @@ def test_decoded_replies_may_be_left_out(tmp_path: Path) -> None:
     content = {key: value for key, value in GOOD.items() if key != "decoded_replies"}
     assert len(read_script(written(tmp_path, content), 4, 2)) == 6
     assert read_script(written(tmp_path, content | {"rounds": {}}), 4, 2) == []
+
+
+#: Names of receivers and messages, with the wildcards.
+RECEIVERS = ["*", "cu *", "uav *", "cu 0", "cu 1", "uav 0", "uav 3"]
+MESSAGES = ["*", "slot *", "uav *", "slot 0", "slot 1", "uav 2"]
+Marks = set[tuple[int, str, str, str]]
+
+
+def expanded(content: dict[str, Any], last: int) -> Marks:
+    """Return (round, table, receiver, message) for all that a script lists, up to a round, one by one."""
+    receivers = [f"cu {w}" for w in range(2)] + [f"uav {i}" for i in range(4)]
+    messages = [f"slot {s}" for s in range(2)] + [f"uav {i}" for i in range(4)]
+
+    def stands_for(word: str, name: str) -> bool:
+        return word in ("*", name, f"{name.split()[0]} *")
+
+    found = set()
+    for table in ("rounds", "decoded_replies"):
+        for key, pairs in content[table].items():
+            first, dash, end = key.partition("-")
+            for k in range(int(first), 1 + (int(end) if end else last if dash else int(first))):
+                found |= {
+                    (k, table, receiver, message)
+                    for r, m in pairs
+                    for receiver in receivers
+                    for message in messages
+                    if stands_for(r, receiver)
+                    and stands_for(m, message)
+                    # UAVs have no use for metadata, and it is in no slot
+                    and not (message[0] == "u" and (receiver[0] == "u" or table == "decoded_replies"))
+                }
+    return found
+
+
+def marked(read: list[Losses], last: int) -> Marks:
+    """Return the same of what was read."""
+    names = [("rounds", "cu", "uav"), ("rounds", "cu", "slot"), ("rounds", "uav", "slot")]
+    names += [("decoded_replies", "cu", "slot"), ("decoded_replies", "uav", "slot")]
+    return {
+        (k, table, f"{receiver} {i}", f"{message} {j}")
+        for k, losses in enumerate(read[: last + 1])
+        for (table, receiver, message), array in zip(names, arrays(losses), strict=True)
+        for i, j in np.argwhere(array)
+    }
+
+
+def random_scripts(count: int) -> Iterator[dict[str, Any]]:
+    """Yield scripts with single rounds, ranges that overlap, and ranges without an end."""
+    random = Random(3)
+    for _ in range(count):
+        tables: dict[str, dict[str, list[list[str]]]] = {"rounds": {}, "decoded_replies": {}}
+        for table, listed in tables.items():
+            for _ in range(random.randrange(5)):
+                first = random.randrange(12)
+                key = random.choice([f"{first}", f"{first}-", f"{first}-{first + random.randrange(6)}"])
+                words = [(r, m) for r in RECEIVERS for m in MESSAGES]
+                cannot = {"uav"} if table == "rounds" else {"uav", "*", "cu"}
+                fitting = [(r, m) for r, m in words if not (m.startswith("uav") and r.split()[0] in cannot)]
+                listed[key] = [list(pair) for pair in random.sample(fitting, random.randrange(4))]
+        yield GOOD | tables
+
+
+def ranges_are_read(tmp_path: Path) -> bool:
+    """Return whether scripts with ranges and wildcards mean what they stand for, one by one."""
+    return all(
+        marked(read_script(written(tmp_path, content), 4, 2), 30) == expanded(content, 30)
+        for content in random_scripts(40)
+    )
+
+
+def test_ranges_and_wildcards_stand_for_what_they_list(tmp_path: Path) -> None:
+    """Forty scripts with ranges and wildcards are what one gets by writing everything out."""
+    assert ranges_are_read(tmp_path)
+    content = changed(rounds={"5-": [["*", "slot 1"]]}, decoded_replies=None)
+    read = read_script(written(tmp_path, content), 4, 2)
+    assert len(read) == script.MOST_ROUNDS
+    assert read[4].count == 0
+    assert read[5] is read[-1]
+    assert read[5].count == 2 + 4
+
+
+def test_ranges_read_in_another_way_are_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The comparison fails if a range leaves out its end, if * is CUs only, and if later ranges replace others."""
+    monkeypatch.setattr(script, "MOST_ROUNDS", 40)
+    whole, kinds, by_round = script._range, script._kinds, script._by_round
+
+    def one_of(table: str, receiver: str | None, message: str | None) -> list[int]:
+        return kinds(table, receiver, message)[:1]
+
+    def replaced(ranges: list[tuple[range, Any]], empty: Losses) -> list[Losses]:
+        at = {k: n for n, (within, _) in enumerate(ranges) for k in within}
+        return by_round([(range(k, k + 1), ranges[n][1]) for k, n in at.items()], empty)
+
+    plants: dict[str, Any] = {
+        "_range": lambda place, key: range(whole(place, key).start, max(whole(place, key).stop - 1, 1)),
+        "_kinds": one_of,
+        "_by_round": replaced,
+    }
+    for name, planted in plants.items():
+        with monkeypatch.context() as patch:
+            patch.setattr(script, name, planted)
+            assert not ranges_are_read(tmp_path)
 
 
 def all_equal(rounds: list[Losses], read: list[Losses]) -> bool:
@@ -134,7 +238,24 @@ def in_round(*pairs: object) -> dict[str, object]:
         (changed(rounds={"03": []}), "rounds has a round '03'"),
         (changed(rounds={"100000": []}), "rounds has a round '100000'"),
         (changed(rounds={"1" * 9000: []}), "rounds has a round '111"),
-        (changed(rounds={"three": []}), "rounds has a round 'three'"),
+        (
+            changed(rounds={"three": []}),
+            "rounds has a round 'three': 'three' is no number; rounds are 0 to 99999, alone",
+        ),
+        (
+            changed(rounds={"5-x": []}),
+            "rounds has a round '5-x': 'x' is no number; rounds are 0 to 99999, alone (\"3\")",
+        ),
+        (changed(rounds={"5-6-7": []}), "'6-7' is no number"),
+        (changed(rounds={"5 - 6": []}), "'5 ' is no number"),
+        (changed(rounds={"-": []}), "rounds has a round '-': "),
+        (changed(rounds={"": []}), "rounds has a round '': "),
+        (changed(rounds={"*": []}), "'*' is no number"),
+        (changed(rounds={"05-9": []}), "rounds have at most six digits, none a leading 0"),
+        (changed(rounds={"9-5": []}), "rounds has a round '9-5': it ends before it begins; write \"5-9\""),
+        (changed(rounds={"300-115000": []}), "rounds has a round '300-115000': rounds are 0 to 99999; from one on is"),
+        (changed(delayed={"4": []}), "has a key 'delayed': delayed or repeated messages and UAVs that join are faults"),
+        (changed(duplicated={"4": []}), "are faults, for which there is no word yet"),
         (changed(rounds={"٣": []}), "rounds has a round '٣'"),
         (changed(rounds={"3": {}}), 'round 3 of rounds must be a list of pairs such as ["cu 0", "slot 1"]'),
         (in_round("cu 0"), "rounds, round 3: not every entry is a pair of names"),
@@ -150,6 +271,13 @@ def in_round(*pairs: object) -> dict[str, object]:
         (in_round(["uav 1", "cu 0"]), "cannot be"),
         (in_round(["slot 0", "uav 1"]), "cannot be"),
         (in_round(["cu 0", "cu 1"]), "cannot be"),
+        (in_round(["cu 0", "cu *"]), "cannot be"),
+        (in_round(["uav *", "uav 1"]), "cannot be"),
+        (in_round(["slot *", "*"]), "cannot be"),
+        (in_round(["cu", "uav 1"]), "cannot be"),
+        (in_round(["**", "uav 1"]), "cannot be"),
+        (in_round(["*", "uav 4"]), "there is no uav 4, the last one is uav 3"),
+        (in_round(["*", "slot 1"], ["*", "slot 1"]), "stands twice: once is enough"),
         (in_round(["uav 0", "uav 1"]), 'a UAV "slot S"'),
         (in_round(["cu 2", "uav 1"]), "there is no cu 2, the last one is cu 1"),
         (in_round(["cu 0", "uav 4"]), "there is no uav 4, the last one is uav 3"),
@@ -215,5 +343,7 @@ def test_files_that_cannot_be_written(tmp_path: Path) -> None:
     """A script that cannot be written is bad input; losses of another swarm are a mistake of the caller."""
     with pytest.raises(BadInput, match=r"the script .* cannot be written: No such file"):
         write_script(tmp_path / "none" / "losses.json", [], 4, 2)
+    with pytest.raises(ValueError, match="the losses of round 0 depend on who sends"):
+        write_script(tmp_path / "losses.json", [parse("uav1", 4, 2, 0).losses(0)], 4, 2)
     with pytest.raises(ValueError, match="the losses of round 1 are not those of 4 UAVs and 2 CUs"):
         write_script(tmp_path / "losses.json", [nothing_lost(4, 2), nothing_lost(2, 4)], 4, 2)

@@ -14,6 +14,7 @@ import pytest
 
 from swarmproof.assess.exhaustive import Exhaustive, explore_flights
 from swarmproof.assess.run import Setting
+from swarmproof.channel.grammar import COMBINED
 from swarmproof.channel.losses import LossModel
 from swarmproof.channel.pattern import Losses, nothing_lost
 from swarmproof.claims.flight import FLIGHT_CLAIMS
@@ -362,6 +363,13 @@ def test_bad_scenarios(old: str, new: str, says: str, tmp_path: Path, capsys: py
         (["crossing", "--loss", "burst:0.1"], "must have the form burst:P_ENTER,P_LEAVE"),
         (["crossing", "--loss", "jam:-1,2"], "must be a whole number of rounds"),
         (["crossing", "--loss", "script:nowhere.json"], "nowhere.json"),
+        (["crossing", "--loss", "iid:0.2,300,115000"], "rounds come after @: iid:0.2@300-115000"),
+        (["crossing", "--loss", "delay:1"], "are faults, for which there is no word yet"),
+        (["crossing", "--max-seconds", "3"], "--max-seconds does not go with --loss none, which is one flight"),
+        (["crossing", "--max-states", "3", "--loss", "iid:0.1"], "--max-states does not go with --loss iid:0.1"),
+        (["crossing", "--max-states", "3", "--loss", "adversary:9"], "whose BUDGET is the number of flights"),
+        (["crossing", "--max-states", "0", "--loss", "exhaustive:2"], "'0' is no whole number of at least 1"),
+        (["crossing", "--max-seconds", "inf", "--loss", "exhaustive:2"], "'inf' is no positive number of seconds"),
         (["crossing", "--loss", "exhaustive"], "needs a number of rounds from 1 to 20"),
         (["crossing", "--loss", "exhaustive:0"], "needs a number of rounds from 1 to 20"),
         (["crossing", "--loss", "exhaustive:2", "--rounds", "2"], "--rounds does not go with --loss exhaustive"),
@@ -472,6 +480,71 @@ def test_patterns_interrupted_at_once(monkeypatch: pytest.MonkeyPatch, capsys: p
     content = document(capsys, arguments, 3)
     assert content["patterns"]["covered"] == 0
     assert main(arguments) == 3
+
+
+def test_patterns_within_limits(capsys: pytest.CaptureFixture[str]) -> None:
+    """With a limit, the exit code says undecided, and the words how much was covered, also of the round begun."""
+    arguments = ["fly", "crossing", "--loss", "exhaustive:4", "--max-states", "300"]
+    content = document(capsys, arguments, 3)
+    assert content["patterns"]["stopped"] == "the limit of 300 states"
+    assert content["patterns"]["covered"] == 2**10
+    assert main(arguments) == 3
+    said = " ".join(capsys.readouterr().out.split())
+    assert "1024 loss patterns of 1 rounds covered" in said
+    assert "Not finished: round 1. Of the 16 swarms before it, 7 were flown on under every pattern" in said
+    assert "Not finished: the limit of 300 states." in said
+    violated = document(capsys, [*arguments, "--semantics", "ignore-loss"], 1)
+    assert set(verdicts(violated).values()) == {"undecided", "violated"}
+    assert document(capsys, ["fly", "crossing", "--loss", "exhaustive:1", "--max-seconds", "1e6"], 0)
+
+
+def test_an_adversary_within_a_limit(capsys: pytest.CaptureFixture[str]) -> None:
+    """Stopped by the clock, a search for the worst is undecided; what it found is flown, and may be a violation."""
+    arguments = ["fly", "crossing", "--rounds", "30", "--loss", "adversary:100000", "--max-seconds", "1e-9"]
+    assert main(arguments) == 3
+    said = " ".join(capsys.readouterr().out.split())
+    assert "Not finished: the limit of 1e-09 s. Flights tried: 1 of 100000." in said
+    assert main(["fly", "crossing", "--rounds", "5", "--loss", "adversary:2", "--max-seconds", "1e6"]) == 0
+    assert main([*arguments, "--set", "tolerance=0.02"]) == 1
+
+
+@pytest.mark.parametrize(
+    ("loss", "lost"),
+    [
+        ("cu1->*@5-59", 55 * 3),
+        ("cu1->*@5-", 55 * 3),
+        ("*->uav1", 60 * 2),
+        ("cu1->cu0", 60),
+        ("*->uav1@10-19+cu1->cu0@0-4", 10 * 2 + 5),
+    ],
+)
+def test_lost_messages_are_those_counted_by_hand(loss: str, lost: int, capsys: pytest.CaptureFixture[str]) -> None:
+    """A dead CU, a deaf UAV, a link that works one way: in 60 rounds, as many messages are lost as one counts."""
+    main(["fly", "crossing", "--rounds", "60", "--loss", loss])
+    said = " ".join(capsys.readouterr().out.split())
+    assert f"; {lost} messages lost." in said
+    assert f"trigger HT, loss {loss}, seed 0" in said
+    assert "Nothing was lost" not in said
+
+
+def test_a_loss_that_loses_nothing_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    """A window after the last round is no success to be silent about; a flight without loss is."""
+    assert main([*FINE, "--loss", "iid:0.2@300-115000"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "Nothing was lost in these 5 rounds, although --loss iid:0.2@300-115000 was asked for" in said
+    assert main(FINE) == 0
+    assert "Nothing was lost" not in capsys.readouterr().out
+    assert list(document(capsys, [*FINE, "--loss", "iid:0.2@300-"], 0)) == list(KEYS)
+
+
+def test_help_shows_how_losses_are_written(capsys: pytest.CaptureFixture[str]) -> None:
+    """`fly --help` has an example of each form."""
+    with pytest.raises(SystemExit):
+        main(["fly", "--help"])
+    said = capsys.readouterr().out
+    for example, meaning in COMBINED.values():
+        assert f"'{example}'" in said
+        assert meaning in said
 
 
 def test_patterns_of_an_unknown_start(capsys: pytest.CaptureFixture[str]) -> None:

@@ -27,6 +27,7 @@ from swarmproof.channel.pattern import Losses
 from swarmproof.claims.flight import FLIGHT_CLAIMS, FlightClaim, ObservedRound
 from swarmproof.claims.predicates import Broken
 from swarmproof.claims.registry import CLAIMS, Kind
+from swarmproof.explore.search import Limits
 from swarmproof.flight.fly import Flight, Plans
 from swarmproof.flight.state import Computed, FlightState
 from swarmproof.motion.lattice import Lattice
@@ -503,6 +504,81 @@ def test_too_many_swarms_end_a_search(monkeypatch: pytest.MonkeyPatch) -> None:
     assert whole.stopped == "more than 15 swarms"
     assert whole.patterns == []
     assert {one.verdict for one in whole.claims} == {Verdict.UNDECIDED}
+
+
+@pytest.mark.parametrize("most", [2, 16, 17, 18, 100, 457])
+def test_a_limit_of_states_ends_a_search(most: int) -> None:
+    """With a limit, rounds that were finished before it are decided, and how far the next one came is told."""
+    whole = explore_flights(CROSSING, 2, silent, Limits(max_states=most))
+    full = found(CROSSING, 2)
+    assert whole.stopped == f"the limit of {most} states"
+    complete = len(whole.patterns)
+    assert complete == (0 if most <= 17 else 1)
+    assert whole.patterns == full.patterns[:complete]
+    assert whole.swarms == full.swarms[: complete + 1]
+    assert {one.verdict for one in whole.claims} == {Verdict.UNDECIDED}
+    assert {one.why for one in whole.claims} == {
+        f"the limit of {most} states" + "; holds for the first round" * complete
+    }
+    begun = whole.begun
+    assert begun is not None
+    assert (begun.k, begun.swarms) == (complete, whole.swarms[-1])
+    assert sum(whole.swarms) + begun.found == most
+    assert begun.flown < begun.swarms
+    assert 0 < begun.patterns <= full.patterns[complete]
+
+
+def test_a_limit_that_is_not_reached_changes_nothing() -> None:
+    """With room for one swarm more than there are, and much time, all is as without limits."""
+    full = found(CROSSING, 2)
+    whole = explore_flights(CROSSING, 2, silent, Limits(sum(full.swarms) + 1, 1e6))
+    assert (whole.stopped, whole.begun) == (None, None)
+    assert (whole.patterns, whole.swarms, whole.transitions) == (full.patterns, full.swarms, full.transitions)
+    assert [one.verdict for one in whole.claims] == [one.verdict for one in full.claims]
+
+
+@pytest.mark.parametrize("reached", [1, 5, 16, 17, 40])
+def test_a_limit_of_seconds_ends_a_search(reached: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Once the clock is over the limit, the search ends at the next pattern flown, whatever round that is in."""
+    asked = []
+
+    def too_long(self: Limits, seconds: float) -> str | None:
+        asked.append(seconds)
+        return "the limit of 3 s" if len(asked) >= reached else None
+
+    monkeypatch.setattr(Limits, "too_long", too_long)
+    whole = explore_flights(CROSSING, 2, silent, Limits(max_seconds=3.0))
+    assert whole.stopped == "the limit of 3 s"
+    assert len(asked) == reached
+    assert asked == sorted(asked)
+    assert whole.transitions == reached
+    assert whole.patterns == ([2**10] if reached > 16 else [])
+
+
+def test_the_clock_is_compared_with_the_limit() -> None:
+    """A limit is reached from its number on, in the words of `verify`."""
+    limits = Limits(7, 2.5)
+    assert [limits.too_many(6), limits.too_many(7)] == [None, "the limit of 7 states"]
+    assert [limits.too_long(2.4), limits.too_long(2.5)] == [None, "the limit of 2.5 s"]
+    assert (Limits().too_many(10**9), Limits().too_long(1e9)) == (None, None)
+
+
+def test_violations_on_the_way_are_kept() -> None:
+    """What is violated in a round that is not finished stays violated, with a cause that can be flown."""
+    full = found(IGNORING, 2)
+    kept = set()
+    for most in (17, 19, 60, 110):
+        whole = explore_flights(IGNORING, 2, silent, Limits(max_states=most))
+        assert whole.stopped is not None
+        assert len(whole.patterns) < 2
+        assert violated(whole.claims) <= violated(full.claims)
+        kept |= {(one.claim.id, one.rounds) for one in whole.claims if one.verdict is Verdict.VIOLATED}
+        for one in whole.claims:
+            if one.verdict is Verdict.VIOLATED:
+                flown = record(IGNORING, losses_in(one.cause), len(one.cause))
+                assert one.claim.id in violated(flown.flown.claims)
+    assert {("lemma-1", 1), ("lemma-2", 1)} <= kept
+    assert ("tracked-separation", 2) in kept
 
 
 @pytest.mark.parametrize(("uavs", "cus"), [(5, 2), (2, 4)])

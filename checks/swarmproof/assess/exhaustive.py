@@ -247,7 +247,9 @@ class _Search:
         distance = self._flight.scenario.parameters.d_min
         limit = float(self._lattice.square(distance)) * (1 + 1e-6)
         unit, step = float(self._lattice.scaled_unit), float(self._lattice.parameters.T_c)
-        for some in _chunks(level, 512):
+        for n, some in enumerate(_chunks(level, 512)):
+            if n:
+                self._check_limits(0)
             pieces = np.concatenate([reference_pieces(self._lattice, reached.state) for reached in some])
             found = closest(pieces)
             lower = sqrt(max(found.lower, 0.0)) * unit * (1 - 2.0**-50)
@@ -262,7 +264,6 @@ class _Search:
                 dip = Dip(sqrt(max(nearest.lower, 0.0)) * unit * (1 - 2.0**-50), decided, nearest.pair, where)
                 self._undecided |= decided is None
                 self._note("eq-2", reached, references_apart(ObservedFlight(distance, dip, None, 0.0, 0.0, ())))
-            self._check_limits(0)
 
     def _finish(self, seconds: float) -> Exhaustive:
         found = self.found
@@ -285,7 +286,8 @@ class _Search:
             return Decided(claim, Verdict.UNDECIDED, "too close to d_min to tell")
         if self.found.stopped is not None:
             complete = len(self.found.patterns)
-            whole = f"; holds for the first {complete} {'round' if complete == 1 else 'rounds'}" if complete else ""
+            until = "round" if complete == 1 else f"{complete} rounds"
+            whole = f"; holds for the first {until}" if complete else ""
             return Decided(claim, Verdict.UNDECIDED, self.found.stopped + whole)
         return Decided(claim, Verdict.HOLDS, "")
 

@@ -50,8 +50,10 @@ class Recorded:
     def __init__(self, rounds: Sequence[Losses], uavs: int, cus: int) -> None:
         self._rounds = tuple(rounds)
         self._after = nothing_lost(uavs, cus)
-        self._coins = any(lost.replies_at_cus.any() or lost.replies_at_uavs.any() for lost in set(self._rounds))
-        losing = [k for k, lost in enumerate(self._rounds) if lost.count]
+        different = set(self._rounds)  # ranges of rounds share theirs
+        self._coins = any(lost.replies_at_cus.any() or lost.replies_at_uavs.any() for lost in different)
+        something = {lost for lost in different if lost.count}
+        losing = [k for k, lost in enumerate(self._rounds) if lost in something]
         self.span = range(losing[0], losing[-1] + 1) if losing else range(0)
 
     def losses(self, k: int) -> Losses:

@@ -94,8 +94,8 @@ def _begun(found: Exhaustive) -> list[str]:
         return []
     return [
         f"Not finished: round {begun.k}. Of the {begun.swarms} swarms before it, {begun.flown} were flown on under "
-        f"every pattern; {begun.patterns} loss patterns of rounds 0 to {begun.k} were flown, which lead to {begun.found} "
-        "different swarms.",
+        f"every pattern; {begun.patterns} loss patterns of rounds 0 to {begun.k} were flown, which lead to "
+        f"{begun.found} different swarms.",
     ]
 
 
