@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -16,7 +17,7 @@ from tests.test_channel_losses import arrays, same
 from swarmproof.channel import combine, grammar
 from swarmproof.channel.combine import Links, Sum, Windowed
 from swarmproof.channel.deliver import deliver
-from swarmproof.channel.grammar import COMBINED, FORMS, parse, without_effect
+from swarmproof.channel.grammar import COMBINED, FORMS, parse
 from swarmproof.channel.losses import FOREVER, Burst, Iid, Jam, Losses, LossModel, TermModel
 from swarmproof.channel.pattern import BySender
 from swarmproof.mlr.messages import CuMessage, EmptyMessage, Metadata, Trajectory, TrajectoryMessage, UavMessage
@@ -336,7 +337,7 @@ def test_planted_bugs_are_noticed(plant: Callable[[pytest.MonkeyPatch], None], m
 def test_a_model_alone_is_the_model(spec: str, model: LossModel) -> None:
     """What was written before there was a grammar is the same model, also where a number has a plus sign."""
     read = parse(spec, N, M, SEED)
-    assert type(read) is type(model)
+    assert type(read.model) is type(model)
     assert all(same(read.losses(k), model.losses(k)) for k in range(30))
 
 
@@ -380,6 +381,15 @@ def test_every_form_has_an_example_that_is_read() -> None:
         assert meaning
         parse(example, N, M, SEED)
     assert set(FORMS) <= {"none", "iid:P", "burst:P_ENTER,P_LEAVE", "jam:START,ROUNDS", "script:FILE"}
+
+
+def test_the_documents_show_losses_that_are_read() -> None:
+    """Each loss that docs/flying.md quotes can be read, and those of its commands, too."""
+    text = (Path(__file__).parent.parent / "docs/flying.md").read_text(encoding="utf-8")
+    quoted = [loss for loss in re.findall(r"'([^'\n]+)'", text) if re.search(r"[:@>]", loss)]
+    assert len(quoted) > 8
+    for loss in quoted:
+        parse(loss, N, M, SEED)
 
 
 # Files whose names look like grammar
@@ -481,7 +491,7 @@ def test_near_misses_get_the_right_form(spec: str, says: str) -> None:
 )
 def test_losses_without_effect_are_told(spec: str, lost: int, says: list[str]) -> None:
     """What was asked for and lost nothing in 60 rounds is told; what did lose something, and `none`, is not."""
-    found = without_effect(spec, N, M, 60, lost)
+    found = parse(spec, N, M, SEED).without_effect(60, lost)
     assert len(found) == len(says)
     for line, what in zip(found, says, strict=True):
         assert what in line
@@ -495,7 +505,7 @@ def test_a_term_said_to_be_idle_loses_nothing() -> None:
         for term in terms:
             model = alone([term], 0)
             read = parse(term.text, N, M, SEED)
-            span = getattr(read, "span")  # noqa: B009
+            span = read.terms[0].model.span
             marked = [k for k in range(30) if marks(read.losses(k))]
             assert all(k in span for k in marked), term.text
             if model is None and marked:

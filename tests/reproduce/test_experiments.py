@@ -143,7 +143,7 @@ def test_fig4_flies_long_enough(quick: bool) -> None:
             assert cell.rounds - (start + horizon + 1) >= 15
         else:
             assert start + length + 100 <= cell.rounds
-        assert isinstance(cell.losses(16), Jam)
+        assert isinstance(cell.losses(16).model, Jam)
 
 
 @both
@@ -165,7 +165,7 @@ def test_loss_has_every_rate_number_method_and_seed() -> None:
     wanted = product((10, 16), map(Fraction, range(11)), ("guarded", "printed", "ignore-loss"), seeds)
     assert sorted(found) == sorted(wanted)
     assert {(cell.scenario, cell.cus, cell.trigger) for cell in cells} == {("random", 2, "HT")}
-    assert all(isinstance(cell.losses(16), Iid) for cell in cells[:66])
+    assert all(isinstance(cell.losses(16).model, Iid) for cell in cells[:66])
 
 
 def test_loss_has_whole_legs_in_the_published_space() -> None:

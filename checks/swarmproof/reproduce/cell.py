@@ -7,8 +7,7 @@ import shlex
 from dataclasses import dataclass
 
 from swarmproof.assess.run import Setting
-from swarmproof.channel.grammar import parse
-from swarmproof.channel.losses import LossModel
+from swarmproof.channel.grammar import Loss, parse
 
 #: Hexadecimal digits of a cell's id: among 10,000 cells, two have the same id with a probability of 5e-5.
 DIGITS = 10
@@ -69,7 +68,7 @@ class Cell:
         """
         return Setting.parse(self.scenario, self.cus, self.trigger, self.preset, self.changes, self.seed)
 
-    def losses(self, uavs: int) -> LossModel:
+    def losses(self, uavs: int) -> Loss:
         """Return what is lost, with so many UAVs.
 
         Raises:

@@ -25,7 +25,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from swarmproof.channel.combine import Everything, Linked, Links, Sum, Windowed
-from swarmproof.channel.losses import FOREVER, Burst, Iid, Jam, LossModel, Recorded, TermModel
+from swarmproof.channel.losses import FOREVER, Burst, Iid, Jam, Losses, LossModel, Recorded, TermModel
 from swarmproof.channel.script import LATER, read_script, shown
 from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.numbers import read_number
@@ -62,14 +62,45 @@ _TERM = re.compile(r"\s*(?:none|iid:|burst:|jam:|script:|(?:\*|cu|uav)[*0-9]*\s*
 
 
 @dataclass(frozen=True)
-class _Term:
-    """A term that was read: the rounds that it can lose something in are `model.span`."""
+class Term:
+    """A term as it was written, and its model; `model.span` are the rounds in which it can lose something."""
 
     text: str
     model: TermModel
 
 
-def parse(spec: str, uavs: int, cus: int, seed: int, target_change: int = 0) -> LossModel:
+@dataclass(frozen=True)
+class Loss:
+    """What was asked for: a loss model that knows its terms.
+
+    Attributes:
+        text: as it was written.
+    """
+
+    text: str
+    terms: tuple[Term, ...]
+    model: LossModel
+
+    def losses(self, k: int) -> Losses:
+        """Return what is lost in round k ≥ 0."""
+        return self.model.losses(k)
+
+    def without_effect(self, rounds: int, lost: int) -> list[str]:
+        """Return a sentence for each loss that was asked for and cannot have had any effect; mostly there is none.
+
+        Args:
+            rounds: how many were flown, at least one.
+            lost: how many messages were lost in them.
+        """
+        terms = [term for term in self.terms if term.text != "none"]
+        if terms and not lost:
+            idle = [why for term in terms if (why := _why_idle(term, rounds))]
+            whys = f" ({'; '.join(idle)})" if idle else ""
+            return [f"Nothing was lost in these {rounds} rounds, although --loss {self.text} was asked for{whys}."]
+        return [f"Nothing was lost by {term.text}: {why}." for term in terms if (why := _why_idle(term, rounds))]
+
+
+def parse(spec: str, uavs: int, cus: int, seed: int, target_change: int = 0) -> Loss:
     """Return the loss model that a text describes.
 
     Args:
@@ -84,29 +115,11 @@ def parse(spec: str, uavs: int, cus: int, seed: int, target_change: int = 0) -> 
         BadInput: no such loss, or numbers or a file that it cannot work with.
     """
     terms = _terms(spec, uavs, cus, seed, target_change)
-    return terms[0].model if len(terms) == 1 else Sum([term.model for term in terms], uavs, cus)
+    model = terms[0].model if len(terms) == 1 else Sum([term.model for term in terms], uavs, cus)
+    return Loss(spec, tuple(terms), model)
 
 
-def without_effect(spec: str, uavs: int, cus: int, rounds: int, lost: int) -> list[str]:
-    """Return a sentence for each loss that was asked for and cannot have had any effect; mostly there is none.
-
-    Args:
-        spec: what was asked for, as in :func:`parse`.
-        uavs: N.
-        cus: M.
-        rounds: how many were flown, at least one.
-        lost: how many messages were lost in them.
-    """
-    # which rounds a term is about depends on no seed
-    terms = [term for term in _terms(spec, uavs, cus, 0, 0) if term.text != "none"]
-    if terms and not lost:
-        idle = [_why_idle(term, rounds) for term in terms]
-        whys = f" ({'; '.join(why for why in idle if why)})" if any(idle) else ""
-        return [f"Nothing was lost in these {rounds} rounds, although --loss {spec} was asked for{whys}."]
-    return [f"Nothing was lost by {term.text}: {why}." for term in terms if (why := _why_idle(term, rounds))]
-
-
-def _why_idle(term: _Term, rounds: int) -> str:
+def _why_idle(term: Term, rounds: int) -> str:
     """Return why a term cannot lose anything in so many rounds; empty if it can."""
     span = term.model.span
     if span.start >= span.stop:
@@ -116,7 +129,7 @@ def _why_idle(term: _Term, rounds: int) -> str:
     return ""
 
 
-def _terms(spec: str, uavs: int, cus: int, seed: int, target_change: int) -> list[_Term]:
+def _terms(spec: str, uavs: int, cus: int, seed: int, target_change: int) -> list[Term]:
     if seed < 0:
         raise BadInput(f"the seed must not be negative, as {seed} is")
     if len(spec) > MOST_LENGTH:
@@ -130,7 +143,7 @@ def _terms(spec: str, uavs: int, cus: int, seed: int, target_change: int) -> lis
         model = _linked(body, uavs, cus, _Numbers(seed, target_change, kinds))
         if window is not None:
             model = Windowed(model, window, uavs, cus)
-        found.append(_Term(text.strip(), model))
+        found.append(Term(text.strip(), model))
     return found
 
 

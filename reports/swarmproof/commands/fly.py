@@ -14,10 +14,10 @@ from rich.table import Table
 
 from swarmproof.assess.adversary import Worst, parse_budget, search
 from swarmproof.assess.exhaustive import Decided, explore_flights, parse_rounds
-from swarmproof.assess.judge import Flown, Judged
+from swarmproof.assess.judge import Judged
 from swarmproof.assess.log import Log
 from swarmproof.assess.run import Setting, fly
-from swarmproof.channel.grammar import COMBINED, FORMS, parse, without_effect
+from swarmproof.channel.grammar import COMBINED, FORMS, Loss, parse
 from swarmproof.channel.losses import LossModel, Recorded
 from swarmproof.channel.script import write_script
 from swarmproof.commands.options import add_limits, limits_of, whole_number, write_json
@@ -83,7 +83,7 @@ def _loss_help() -> str:
     """Return how losses are written, with examples."""
     width = max(len(example) for example, _ in COMBINED.values()) + 4
     lines = [f"  {example!r:{width}}{meaning}" for example, meaning in COMBINED.values()]
-    return "\n".join(["--loss takes any of its models alone, or:", *lines])
+    return "\n".join(["--loss takes a search, a model, or what is made of models (in quotes, for the shell):", *lines])
 
 
 def run(options: argparse.Namespace) -> int:
@@ -108,7 +108,9 @@ def run(options: argparse.Namespace) -> int:
         folder = _claim(options)
         return _every_pattern(setting, of_all, limits, options, folder, console)
     budget = parse_budget(argument) if kind == "adversary" else None
-    losses = None if budget is not None else parse(options.loss, setting.scenario.uavs, setting.cus, setting.seed)
+    losses: LossModel | None = None
+    if budget is None:
+        losses = parse(options.loss, setting.scenario.uavs, setting.cus, setting.seed)
     folder = _claim(options)
     undecided = False
     if losses is None or budget is not None:
@@ -173,18 +175,12 @@ def _one_flight(
     if folder is not None:
         flight_page.write_flight(folder, setting, options.loss, flown, log)
     write_json(options.json, flight_words.document(setting, flown, seconds))
+    idle = losses.without_effect(flown.rounds, flown.lost) if isinstance(losses, Loss) else []
     _print(console, flight_words.headline(setting, flown), flown.claims)
-    for line in [*flight_words.summary(flown), *_without_effect(setting, options, flown)]:
+    for line in [*flight_words.summary(flown), *idle]:
         console.print(escape(line), soft_wrap=True)
     console.print(flight_words.scope(setting, options.loss, flown), style="bright_black", soft_wrap=True)
     return 1 if flown.violated else 0
-
-
-def _without_effect(setting: Setting, options: argparse.Namespace, flown: Flown) -> list[str]:
-    """Return what was asked to be lost and was not; of a search, that is no mistake of anybody."""
-    if options.loss.startswith("adversary:"):
-        return []
-    return without_effect(options.loss, setting.scenario.uavs, setting.cus, flown.rounds, flown.lost)
 
 
 def _every_pattern(
