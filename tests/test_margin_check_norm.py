@@ -347,6 +347,12 @@ def test_a_state_keeps_the_norm_when_its_reading_says() -> None:
         _is_kept(altered(certificate, times), "v_norm", norm)
 
 
+def test_an_initial_state_may_grow_beyond_the_norm() -> None:
+    """In initial-state only the speed at time 0 is bounded, also if the input changes later."""
+    x, y = (["0", "3"], [["1/2", "8"], ["1/2", "9"]]), (["0", "4"], [["1/3", "7"], ["2/3", "0"]])
+    _is_kept(_turning("initial-state", 2, [x, y, STILL2], v_norm="5"), "v_norm", "5")
+
+
 def test_the_acceleration_of_order_3_keeps_its_norm() -> None:
     """In whole-motion |a| is largest at an end of a piece; initially only the first one counts."""
     axes = [([*["0"] * 2, first], [["1", jerk]]) for first, jerk in (("0", "3"), ("0", "-4"), ("0", "0"))]
@@ -390,6 +396,10 @@ def test_positions_along_an_axis_with_an_open_side_are_not_bounded() -> None:
             check(altered(certificate, {"parameters/workspace/0": sides}))
     with pytest.raises(Rejected, match=f"{unbounded} 2"):
         check(altered(certificate, {f"{CELL}/axes": [0, 1, 0]}))
+    for end in (0, 1):  # also if only one of a cell's ends needs positions
+        half = altered(certificate, {f"{CELL}/edges/0/0/proofs": [[], []], "parameters/workspace/0": [None, "0.3"]})
+        with pytest.raises(Rejected, match=f"{unbounded} 0"):
+            check(altered(half, {f"{CELL}/edges/0/0/proofs/{end}": positions}))
     # an axis of width 0 is no excuse: it has the same numbers as an open one, and is looked at first
     flat = {"parameters/workspace": [["0", "0"], ["0", None], ["0", None]], f"{CELL}/axes": [0, 0, 1]}
     with pytest.raises(Rejected, match=f"{unbounded} 1"):
@@ -426,6 +436,11 @@ def test_a_cubic_position_keeps_the_side_that_there_is() -> None:
             check(altered(certificate, {"parameters/workspace/1": sides}))
     with pytest.raises(Rejected, match="not shown to stay in the workspace"):
         check(altered(certificate, {"parameters/workspace/1": [None, "0.443"]}))
+    dent = {"state": ["-0.4", "-0.4", "2"], "inputs": [["1", "-2.4"]]}
+    with pytest.raises(Rejected, match="closer than d_hat_min at an end"):
+        check(altered(certificate, {"witness/uav_i/1": dent, "parameters/workspace/1": ["-0.45", None]}))
+    with pytest.raises(Rejected, match="not shown to stay in the workspace"):
+        check(altered(certificate, {"witness/uav_i/1": dent, "parameters/workspace/1": ["-0.443", None]}))
 
 
 def test_the_schema_is_that_of_what_is_used() -> None:
