@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import copy
-import hashlib
+import ast
 import json
+import sys
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from tests.margin.hand_made import CASES, CELL, LOWER, Json, altered, cell_of, edges_of, made, places, signed
 
 from swarmproof.margin.check import Rejected, Verified, check, read
 
@@ -23,109 +25,29 @@ SETTINGS = settings(
     suppress_health_check=[HealthCheck.too_slow],
 )
 
-Json = dict[str, Any]
 
-# Two UAVs fly past each other along x, 0.8 m apart in y, each at v_max = 0.6 m/s. At both ends of a window of 1 s they
-# are 0.6 m apart in x, so 1 m in all, and in its middle 0.8 m: a dip of 0.2 m.
-#
-# The upper bounds are worked out by hand. With T_c = 1, t = 0 and one cell, κ = 1/4 and g ≤ e = w̄''/8, so (*) is
-# √(1 − δ²/4) − e. The bounds of the inputs are such that δ is 1.2 or 1.6, and the root 0.8 or 0.6. By reading and
-# order: a_max and j_max along x, the multipliers that bound δ, and the dip that is proved.
-CASES: dict[tuple[str, int], tuple[str, str, list[list[Any]], str]] = {
-    # δ ≤ 2v + 2a/2 = 1.6; e = 2a/8 = 0.1
-    ("initial-state", 2): ("0.4", "0", [], "0.5"),
-    # δ ≤ 2v + 2a/2 + 2j/6 = 1.6; e = 2(a + j)/8 = 0.2
-    ("initial-state", 3): ("0.2", "0.6", [], "0.6"),
-    # δ − w'(1/2) has the kernel −s, later 1 − s, so δ ≤ 2v + 2a/4 = 1.6; e = 2a/8 = 0.2
-    ("whole-motion", 2): ("0.8", "0", [["1/2", 1, "1"]], "0.6"),
-    # δ − w'(1/2) has the kernel s²/2, later (1 − s)²/2, so δ ≤ 2v + 2j/24 = 1.6; e = 2a/8 = 0.1
-    ("whole-motion", 3): ("0.4", "4.8", [["1/2", 1, "1"]], "0.5"),
-    # if u is constant, δ = w'(1/2), so δ ≤ 2v = 1.2; e = 2a/8 = 0.1
-    ("as-sampled", 2): ("0.4", "0", [["1/2", 1, "1"]], "0.3"),
-    # δ − w'(1/2) = u/24, so δ ≤ 2v + 2j/24 = 1.6; e = 2a/8 = 0.1
-    ("as-sampled", 3): ("0.4", "4.8", [["1/2", 1, "1"]], "0.5"),
-}
-LOWER = "0.2"
+PARTS = sorted((Path(__file__).parents[1] / "checks/swarmproof/margin").glob("check*.py"))
 
 
-def _signed(certificate: Json) -> Json:
-    rest = {key: value for key, value in certificate.items() if key != "digest"}
-    text = json.dumps(rest, sort_keys=True, separators=(",", ":"), ensure_ascii=True)
-    return {**rest, "digest": hashlib.sha256(text.encode("ascii")).hexdigest()}
-
-
-def _uav(x: str, velocity: str, y: str, order: int, duration: str) -> list[Json]:
-    rest = ["0"] * (order - 1)
-    states = [[x, velocity, *rest[1:]], [y, *rest], ["0", *rest]]
-    return [{"state": state, "inputs": [[duration, "0"]]} for state in states]
-
-
-def _edges(multipliers: list[list[Any]]) -> list[Json]:
-    return [
-        {"direction": ["1", "0"], "proofs": [multipliers, multipliers]},
-        {"direction": ["0", "1"], "proofs": [[], []]},
-    ]
-
-
-def _cell(multipliers: list[list[Any]], first: str = "0", last: str = "1") -> Json:
-    tree = {"t": "0"}
-    return {"from": first, "to": last, "edges": [_edges(multipliers)], "axes": [0, 0, 0], "tree": tree}
-
-
-def _made(reading: str, order: int) -> Json:
-    """Return a hand-made certificate. The UAVs do not move along y and z, so that the arithmetic stays easy."""
-    a_max, j_max, multipliers, upper = CASES[reading, order]
-    duration = "2" if reading == "as-sampled" else "1"
-    parameters = {
-        "T_c": "1",
-        "T_s": "2",
-        "T_b": "1/2",
-        "d_hat_min": "1",
-        "v_max": ["0.6", "0", "0"],
-        "a_max": [a_max, "0", "0"],
-        "j_max": [j_max, "0", "0"],
-        "theta_inverse": [["1", "0", "0"], ["0", "1", "0"], ["0", "0", "1"]],
-        "order": order,
-        "workspace": None,
-        "d_min": "0.9",
-        "tracking_error": "0.05",
-    }
-    certificate = {
-        "schema": "swarmproof.margin-certificate/1",
-        "parameters": parameters,
-        "reading": reading,
-        "dip": {"lower": LOWER, "upper": upper},
-        "witness": {
-            "window": 0,
-            "tau": "0.5",
-            "uav_i": _uav("-0.3", "0.6", "0.4", order, duration),
-            "uav_j": _uav("0.3", "-0.6", "-0.4", order, duration),
-        },
-        "windows": [{"window": 0, "cells": [_cell(multipliers)]}],
-    }
-    return _signed(certificate)
-
-
-def _altered(certificate: Json, changes: dict[str, Any]) -> Json:
-    """Return a certificate with other values at some paths, such as `windows/0/cells`, and the right digest."""
-    changed = copy.deepcopy(certificate)
-    for path, value in changes.items():
-        *before, last = (int(key) if key.isdigit() else key for key in path.split("/"))
-        place: Any = changed
-        for key in before:
-            place = place[key]
-        place[last] = value
-    return _signed(changed)
-
-
-CELL = "windows/0/cells/0"
+@pytest.mark.parametrize("part", PARTS, ids=lambda part: part.stem)
+def test_the_checker_stands_alone(part: Path) -> None:
+    """The modules of the checker import only each other and the standard library, so that no error of ours gets in."""
+    allowed = {f"swarmproof.margin.{one.stem}" for one in PARTS}
+    assert "swarmproof.margin.check" in allowed
+    for node in ast.walk(ast.parse(part.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            assert {alias.name.split(".")[0] for alias in node.names} <= sys.stdlib_module_names
+        elif isinstance(node, ast.ImportFrom):
+            assert node.module is not None
+            assert node.level == 0
+            assert node.module in allowed or node.module.split(".")[0] in sys.stdlib_module_names
 
 
 @pytest.mark.parametrize(("reading", "order"), CASES)
 def test_hand_made_certificates_are_accepted(reading: str, order: int) -> None:
     """In each reading and order, what was worked out by hand is verified, also after a way through JSON."""
     expected = Verified(Fraction(LOWER), Fraction(CASES[reading, order][3]), leaves=1, cells=1, windows=1)
-    certificate = _made(reading, order)
+    certificate = made(reading, order)
     assert check(certificate) == expected
     assert check(read(json.dumps(certificate, indent=1))) == expected
     assert check(read(json.dumps(certificate).encode())) == expected
@@ -142,33 +64,33 @@ def test_hand_made_certificates_are_accepted(reading: str, order: int) -> None:
 )
 def test_the_hand_made_bounds_are_sharp(reading: str, order: int, changes: dict[str, str], reason: str) -> None:
     """A millionth less as upper bound, or more as lower bound, is rejected: both tests are exact, not about right."""
-    certificate = _made(reading, order)
+    certificate = made(reading, order)
     place, by = next(iter(changes.items()))
     claimed = str(Fraction(certificate["dip"][place.split("/")[1]]) + Fraction(by))
     with pytest.raises(Rejected, match=reason):
-        check(_altered(certificate, {place: claimed}))
+        check(altered(certificate, {place: claimed}))
 
 
 @pytest.mark.parametrize("order", [2, 3])
 def test_null_stands_for_trivial_bounds(order: int) -> None:
     """Without windows upper is d_hat_min, without a witness lower is 0; nothing else can be claimed then."""
-    certificate = _made("initial-state", order)
-    only_witness = _altered(certificate, {"windows": None, "dip/upper": "1"})
+    certificate = made("initial-state", order)
+    only_witness = altered(certificate, {"windows": None, "dip/upper": "1"})
     assert check(only_witness) == Verified(Fraction(1, 5), Fraction(1), 0, 0, 0)
-    only_windows = _altered(certificate, {"witness": None, "dip/lower": "0"})
+    only_windows = altered(certificate, {"witness": None, "dip/lower": "0"})
     assert check(only_windows).lower == 0
     with pytest.raises(Rejected, match="windows: there are none"):
-        check(_altered(only_witness, {"dip/upper": "0.999"}))
+        check(altered(only_witness, {"dip/upper": "0.999"}))
     with pytest.raises(Rejected, match="witness, there is none"):
-        check(_altered(only_windows, {"dip/lower": "0.001"}))
+        check(altered(only_windows, {"dip/lower": "0.001"}))
 
 
 def test_progress_is_told_of_every_cell() -> None:
     """`progress` hears the number of cells done and the number of all, once per cell."""
-    cells = [_cell([], "0", "1/3"), _cell([], "1/3", "1")]
+    cells = [cell_of([], "0", "1/3"), cell_of([], "1/3", "1")]
     told: list[tuple[int, int]] = []
     # at 1/3, g has the kernel of a tent: e = 2a/9, to which comes 2a·(2/3)²/8 between; 0.9 is on the safe side
-    certificate = _altered(_made("initial-state", 2), {"windows/0/cells": cells, "dip/upper": "0.9"})
+    certificate = altered(made("initial-state", 2), {"windows/0/cells": cells, "dip/upper": "0.9"})
     assert check(certificate, lambda done, total: told.append((done, total))).cells == 2
     assert told == [(1, 2), (2, 2)]
 
@@ -177,38 +99,38 @@ def test_multipliers_and_cells_of_order_3() -> None:
     """In whole-motion with two cells, a multiplier for the acceleration at 1/2 proves the g worked out by hand."""
     # g(1/2) − w''(1/2)/8 has the kernel −s²/4, later (1 − s)²/4, so g ≤ 2a/8 + 2j/48; to this comes e = 2a/32
     delta, proof = [["1/2", 1, "1"]], [["1/2", 2, "1/8"]]
-    cells = [_cell(delta, "0", "1/2"), _cell(delta, "1/2", "1")]
+    cells = [cell_of(delta, "0", "1/2"), cell_of(delta, "1/2", "1")]
     cells[0]["edges"][0][1]["proofs"] = [[], proof]
     cells[1]["edges"][0][1]["proofs"] = [proof, []]
     # a = 0.4, j = 4.8: 0.1 + 0.2 + 0.025 off a chord whose middle is 0.6 long
-    certificate = _altered(_made("whole-motion", 3), {"windows/0/cells": cells, "dip/upper": "0.725"})
+    certificate = altered(made("whole-motion", 3), {"windows/0/cells": cells, "dip/upper": "0.725"})
     assert check(certificate) == Verified(Fraction(1, 5), Fraction(29, 40), 2, 2, 1)
     with pytest.raises(Rejected, match="closer than upper"):
-        check(_altered(certificate, {"dip/upper": "0.7249"}))
+        check(altered(certificate, {"dip/upper": "0.7249"}))
     with pytest.raises(Rejected, match="closer than upper"):  # without it there is more: 2a/8 + 2j/16
-        check(_altered(certificate, {f"{CELL}/edges/0/1/proofs/1": []}))
+        check(altered(certificate, {f"{CELL}/edges/0/1/proofs/1": []}))
 
 
 def test_densities_for_velocity_and_acceleration() -> None:
     """In whole-motion, densities are subtracted like multipliers, at the price of ∫|ρ| times the bound."""
     velocity = [["0", "1", 1, "1", "1"]]  # δ is the integral of the velocity: nothing is left, so δ ≤ 2v = 1.2
     for order, upper in ((2, "0.4"), (3, "0.3")):
-        certificate = _altered(_made("whole-motion", order), {f"{CELL}/edges": [_edges(velocity)], "dip/upper": upper})
+        certificate = altered(made("whole-motion", order), {f"{CELL}/edges": [edges_of(velocity)], "dip/upper": upper})
         assert check(certificate).upper == Fraction(upper)
         with pytest.raises(Rejected, match="closer than upper"):
-            check(_altered(certificate, {"dip/upper": str(Fraction(upper) - Fraction(1, 10**6))}))
+            check(altered(certificate, {"dip/upper": str(Fraction(upper) - Fraction(1, 10**6))}))
         for shorter in (["0", "0.9", 1, "1", "1"], ["0.1", "1", 1, "1", "1"], ["0", "1", 1, "0.9", "0.9"]):
             with pytest.raises(Rejected, match="closer than upper"):
-                check(_altered(certificate, {f"{CELL}/edges": [_edges([shorter])]}))
+                check(altered(certificate, {f"{CELL}/edges": [edges_of([shorter])]}))
     # δ − w'(1/2) is the integral of −s·w'', later (1 − s)·w'': δ ≤ 2v + 2a/4 = 1.6, whatever the jerk; e = 2a/8 = 0.2
     acceleration = [["1/2", 1, "1"], ["0", "1/2", 2, "0", "-1/2"], ["1/2", "1", 2, "0.5", "0"]]
     changes = {"parameters/a_max/0": "0.8", "parameters/j_max/0": "1000", "dip/upper": "0.6"}
-    certificate = _altered(_made("whole-motion", 3), {**changes, f"{CELL}/edges": [_edges(acceleration)]})
+    certificate = altered(made("whole-motion", 3), {**changes, f"{CELL}/edges": [edges_of(acceleration)]})
     assert check(certificate).upper == Fraction(3, 5)
     with pytest.raises(Rejected, match="closer than upper"):
-        check(_altered(certificate, {"dip/upper": "0.599999"}))
+        check(altered(certificate, {"dip/upper": "0.599999"}))
     with pytest.raises(Rejected, match="closer than upper"):
-        check(_altered(certificate, {f"{CELL}/edges/0/0/proofs/0/2/4": "0.01"}))
+        check(altered(certificate, {f"{CELL}/edges/0/0/proofs/0/2/4": "0.01"}))
 
 
 @pytest.mark.parametrize(
@@ -233,7 +155,7 @@ def test_densities_for_velocity_and_acceleration() -> None:
 def test_densities_that_cannot_be(reading: str, order: int, density: list[Any], reason: str) -> None:
     """Densities are rejected in other readings, at other times, for other derivatives, and with a wrong shape."""
     with pytest.raises(Rejected, match=reason):
-        check(_altered(_made(reading, order), {f"{CELL}/edges/0/0/proofs/0": [density]}))
+        check(altered(made(reading, order), {f"{CELL}/edges/0/0/proofs/0": [density]}))
 
 
 @pytest.mark.parametrize("direction", [["1", "-6"], ["-1", "6"]])
@@ -241,125 +163,125 @@ def test_breakpoints_sharpen_the_integral(direction: list[str]) -> None:
     """A multiplier 0 where the kernel changes its sign makes ∫|q| exact, for an edge and for the one opposite."""
     # δ − 6g(1/2) has the kernel 1 − 4s, from 1/2 on −2(1 − s): ∫|q| = 1/2; for the times between 6·0.025 is added.
     breakpoints = [["1/4", 1, "0"], ["7", 1, "0"], ["-7", 1, "0"]]
-    cells = [_cell([], "0", "1/2"), _cell([], "1/2", "1")]
+    cells = [cell_of([], "0", "1/2"), cell_of([], "1/2", "1")]
     cells[0]["edges"][0].append({"direction": direction, "proofs": [[], breakpoints]})
     # That δ − 6g ≤ 2v + 2a/2 + 0.15 = 1.75 shows in what is empty above.
     cells[0]["tree"] = {"axis": 0, "normal": ["1", "-6"], "at": "1.7501", "below": {"t": "0"}, "above": None}
-    certificate = _altered(_made("initial-state", 2), {"windows/0/cells": cells, "dip/upper": "0.9"})
+    certificate = altered(made("initial-state", 2), {"windows/0/cells": cells, "dip/upper": "0.9"})
     assert check(certificate).cells == 2
     with pytest.raises(Rejected, match="tree, above, expected an object"):  # touched is not empty
-        check(_altered(certificate, {f"{CELL}/tree/at": "1.75"}))
+        check(altered(certificate, {f"{CELL}/tree/at": "1.75"}))
     with pytest.raises(Rejected, match="tree, above, expected an object"):
-        check(_altered(certificate, {f"{CELL}/edges/0/2/proofs/1": breakpoints[1:]}))
+        check(altered(certificate, {f"{CELL}/edges/0/2/proofs/1": breakpoints[1:]}))
 
 
 def test_the_worst_corner_need_not_have_the_longest_delta() -> None:
     """A corner with a shorter δ and a longer g is looked at, too: here it is the one where (*) is smallest."""
     # As u is constant, δ + 4g(1/2) = w'(1) and δ − 4g(1/2) = w'(0), so both are at most 1.2 (1.4 in between, as
     # e = 0.05): the corners are (1.2, 0.05), where (*) is 0.75, and (0.4, 0.25), where it is √0.96 − 0.25 = 0.7297…
-    cells = [_cell([], "0", "1/2"), _cell([], "1/2", "1")]
+    cells = [cell_of([], "0", "1/2"), cell_of([], "1/2", "1")]
     middle = [["1/2", 1, "1"]]
     for cell, order in ((cells[0], 1), (cells[1], -1)):
-        edges = _edges(middle)
+        edges = edges_of(middle)
         for beta, time in (("4", "1"), ("-4", "0")):
             edges.append({"direction": ["1", beta], "proofs": [middle, [[time, 1, "1"]]][::order]})
         cell["edges"] = [edges]
     claim = {"windows/0/cells": cells, "parameters/a_max/0": "0.8", "dip/upper": "0.2703"}
-    certificate = _altered(_made("as-sampled", 2), claim)
+    certificate = altered(made("as-sampled", 2), claim)
     assert check(certificate).leaves == 2
     with pytest.raises(Rejected, match="closer than upper"):
-        check(_altered(certificate, {"dip/upper": "0.2702"}))
+        check(altered(certificate, {"dip/upper": "0.2702"}))
 
 
 def test_a_tree_cuts_a_polygon() -> None:
     """Both sides of a cut are checked, with their own weights; a part without corners needs no tree."""
-    certificate = _made("initial-state", 2)
+    certificate = made("initial-state", 2)
     leaf = {"t": "0"}
     outside = {"axis": 0, "normal": ["1", "0"], "at": "2", "below": leaf, "above": None}
     inside = {"axis": 0, "normal": ["1", "-1"], "at": "0.7", "below": leaf, "above": outside}
-    assert check(_altered(certificate, {f"{CELL}/tree": inside})).leaves == 2
+    assert check(altered(certificate, {f"{CELL}/tree": inside})).leaves == 2
     with pytest.raises(Rejected, match="tree, above, expected an object"):
-        check(_altered(certificate, {f"{CELL}/tree": {**inside, "above": None}}))
+        check(altered(certificate, {f"{CELL}/tree": {**inside, "above": None}}))
     with pytest.raises(Rejected, match="tree, below, expected an object"):
-        check(_altered(certificate, {f"{CELL}/tree": {**outside, "below": None}}))
+        check(altered(certificate, {f"{CELL}/tree": {**outside, "below": None}}))
     with pytest.raises(Rejected, match="normal is"):
-        check(_altered(certificate, {f"{CELL}/tree": {**inside, "normal": ["0", "0"]}}))
+        check(altered(certificate, {f"{CELL}/tree": {**inside, "normal": ["0", "0"]}}))
 
 
 def test_a_weight_may_differ_from_the_time() -> None:
     """A t > 0 is right while both weights stay in [0, 1], and then counts: it moves the point of the chord."""
-    cells = [_cell([], "0", "1/2"), _cell([], "1/2", "1")]
-    certificate = _altered(_made("initial-state", 2), {"windows/0/cells": cells, "dip/upper": "0.9"})
+    cells = [cell_of([], "0", "1/2"), cell_of([], "1/2", "1")]
+    certificate = altered(made("initial-state", 2), {"windows/0/cells": cells, "dip/upper": "0.9"})
     assert check(certificate).cells == 2
     # with t = 0.1 the chord's point is 0.16 further off, and κ stays 1/4: 0.6 − (0.1 + 0.025 + 0.16) = 0.315
-    shifted = _altered(certificate, {f"{CELL}/tree": {"t": "0.1"}, "dip/upper": "0.685"})
+    shifted = altered(certificate, {f"{CELL}/tree": {"t": "0.1"}, "dip/upper": "0.685"})
     assert check(shifted).upper == Fraction(137, 200)
     with pytest.raises(Rejected, match="closer than upper"):
-        check(_altered(shifted, {"dip/upper": "0.684"}))
+        check(altered(shifted, {"dip/upper": "0.684"}))
     for cell, t in (("0", "-0.01"), ("0", "0.51"), ("1", "0.01"), ("1", "-0.51")):
         with pytest.raises(Rejected, match="a weight is not in"):
-            check(_altered(certificate, {f"windows/0/cells/{cell}/tree": {"t": t}}))
+            check(altered(certificate, {f"windows/0/cells/{cell}/tree": {"t": t}}))
 
 
 def test_theta_scales_and_couples() -> None:
     """Θ⁻¹ enters both bounds; if it couples x and y, what was proved for the identity is not proved any more."""
-    certificate = _made("initial-state", 2)
+    certificate = made("initial-state", 2)
     # everything twice as long, d_hat_min, too: the dip is twice as deep
     double = [["2", "0", "0"], ["0", "2", "0"], ["0", "0", "2"]]
-    twice = _altered(certificate, {"parameters/theta_inverse": double, "parameters/d_hat_min": "2", "dip/upper": "1"})
-    twice = _altered(twice, {"dip/lower": "0.4"})
+    twice = altered(certificate, {"parameters/theta_inverse": double, "parameters/d_hat_min": "2", "dip/upper": "1"})
+    twice = altered(twice, {"dip/lower": "0.4"})
     assert check(twice) == Verified(Fraction(2, 5), Fraction(1), 1, 1, 1)
     coupled = [["1", "0.1", "0"], ["0.1", "1", "0"], ["0", "0", "1"]]
     with pytest.raises(Rejected, match="witness"):
-        check(_altered(certificate, {"parameters/theta_inverse": coupled}))
+        check(altered(certificate, {"parameters/theta_inverse": coupled}))
     # ‖A(1.6, 0, 0)‖²/4 = 0.6464 and ‖A(0.1, 0, 0)‖² = 0.0101: √0.3536 − √0.0101 is 0.4941…
-    alone = _altered(certificate, {"parameters/theta_inverse": coupled, "witness": None, "dip/lower": "0"})
-    assert check(_altered(alone, {"dip/upper": "0.506"})).upper == Fraction("0.506")
+    alone = altered(certificate, {"parameters/theta_inverse": coupled, "witness": None, "dip/lower": "0"})
+    assert check(altered(alone, {"dip/upper": "0.506"})).upper == Fraction("0.506")
     with pytest.raises(Rejected, match="closer than upper"):
-        check(_altered(alone, {"dip/upper": "0.505"}))
+        check(altered(alone, {"dip/upper": "0.505"}))
 
 
 def test_all_axes_count_together() -> None:
     """With motion along three axes, coupled ones and others, the corners of all three polygons are combined."""
     moves = {f"parameters/{key}": [value] * 3 for key, value in (("v_max", "0.3"), ("a_max", "0.2"))}
-    certificate = _altered(_made("initial-state", 2), {**moves, "witness": None, "dip/lower": "0"})
+    certificate = altered(made("initial-state", 2), {**moves, "witness": None, "dip/lower": "0"})
     # δ = 0.8 and g = 0.05 along each axis: √(1 − 3·0.16) − 0.05·√3 = 0.6345…
-    assert check(_altered(certificate, {"dip/upper": "0.3656"})).leaves == 1
+    assert check(altered(certificate, {"dip/upper": "0.3656"})).leaves == 1
     with pytest.raises(Rejected, match="closer than upper"):
-        check(_altered(certificate, {"dip/upper": "0.3654"}))
+        check(altered(certificate, {"dip/upper": "0.3654"}))
     # coupled: the longest A·(0.8, ±0.8, ±0.8) has ‖·‖² = 2·1.21·0.64 + 0.64, with signs alike or not; and so for g
     for coupling in ("0.1", "-0.1"):
         coupled = [["1", coupling, "0"], [coupling, "1", "0"], ["0", "0", "1"]]
-        certificate = _altered(certificate, {"parameters/theta_inverse": coupled})
+        certificate = altered(certificate, {"parameters/theta_inverse": coupled})
         # √(1 − 0.5472) − 0.05·√3.42 = 0.5804…
-        assert check(_altered(certificate, {"dip/upper": "0.4197"})).leaves == 1
+        assert check(altered(certificate, {"dip/upper": "0.4197"})).leaves == 1
         with pytest.raises(Rejected, match="closer than upper"):
-            check(_altered(certificate, {"dip/upper": "0.4195"}))
+            check(altered(certificate, {"dip/upper": "0.4195"}))
 
 
 def test_a_workspace_has_its_low_below_its_high() -> None:
     """A workspace the wrong way round is named."""
-    certificate = _altered(_made("initial-state", 2), {"witness": None, "dip/lower": "0"})
+    certificate = altered(made("initial-state", 2), {"witness": None, "dip/lower": "0"})
     flat = [["0", "0"], ["-1", "1"], ["2", "3"]]
-    assert check(_altered(certificate, {"parameters/workspace": flat})).lower == 0
+    assert check(altered(certificate, {"parameters/workspace": flat})).lower == 0
     with pytest.raises(Rejected, match="parameters, workspace: a low is above its high"):
-        check(_altered(certificate, {"parameters/workspace": [*flat[:2], ["3", "2"]]}))
+        check(altered(certificate, {"parameters/workspace": [*flat[:2], ["3", "2"]]}))
 
 
 def test_only_one_sign_of_delta_is_looked_at() -> None:
     """By symmetry δ < 0 is an empty part: for x always, for other axes if Θ⁻¹ is diagonal."""
-    certificate = _altered(_made("initial-state", 2), {"witness": None, "dip/lower": "0", "dip/upper": "0.9"})
+    certificate = altered(made("initial-state", 2), {"witness": None, "dip/lower": "0", "dip/upper": "0.9"})
     coupled = [["1", "0.1", "0"], ["0.1", "1", "0"], ["0", "0", "1"]]
     for axis in (0, 1):
         tree = {"axis": axis, "normal": ["1", "0"], "at": "-0.01", "below": None, "above": {"t": "0"}}
         moving = {f"parameters/{key}": ["0.3", "0.3", "0.3"] for key in ("v_max", "a_max")}
-        cut = _altered(certificate, {**moving, f"{CELL}/tree": tree})
+        cut = altered(certificate, {**moving, f"{CELL}/tree": tree})
         assert check(cut).leaves == 1
         if axis == 0:
-            assert check(_altered(cut, {"parameters/theta_inverse": coupled})).leaves == 1
+            assert check(altered(cut, {"parameters/theta_inverse": coupled})).leaves == 1
         else:
             with pytest.raises(Rejected, match="tree, below, expected an object"):
-                check(_altered(cut, {"parameters/theta_inverse": coupled}))
+                check(altered(cut, {"parameters/theta_inverse": coupled}))
 
 
 @pytest.mark.parametrize(
@@ -376,9 +298,9 @@ def test_only_one_sign_of_delta_is_looked_at() -> None:
 )
 def test_theta_is_symmetric_positive_definite(theta_inverse: list[list[str]]) -> None:
     """Anything else is no scaling, and is rejected whether or not a bound would follow."""
-    certificate = _altered(_made("initial-state", 2), {"witness": None, "dip/lower": "0"})
+    certificate = altered(made("initial-state", 2), {"witness": None, "dip/lower": "0"})
     with pytest.raises(Rejected, match="parameters, theta_inverse is not symmetric positive definite"):
-        check(_altered(certificate, {"parameters/theta_inverse": theta_inverse}))
+        check(altered(certificate, {"parameters/theta_inverse": theta_inverse}))
 
 
 ROOM = [["-0.3", "0.3"], ["-1", "1"], ["-1", "1"]]
@@ -387,88 +309,88 @@ ROOM = [["-0.3", "0.3"], ["-1", "1"], ["-1", "1"]]
 def test_a_workspace_bounds_positions() -> None:
     """With a workspace, multipliers of derivative 0 are allowed, each at the price of the workspace's width."""
     positions = [["0", 0, "-1"], ["1", 0, "1"]]
-    lists = {f"{CELL}/edges": [_edges(positions), _edges([])], f"{CELL}/axes": [0, 1, 1]}
-    certificate = _altered(_made("whole-motion", 2), lists)
+    lists = {f"{CELL}/edges": [edges_of(positions), edges_of([])], f"{CELL}/axes": [0, 1, 1]}
+    certificate = altered(made("whole-motion", 2), lists)
     with pytest.raises(Rejected, match="1: expected an integer from 1 to 1"):
         check(certificate)
     # |w| ≤ 0.6, so δ ≤ 1.2 instead of 1.6; with e = 0.2 the distance left is 0.8 − 0.2
-    certificate = _altered(certificate, {"parameters/workspace": ROOM, "dip/upper": "0.4"})
+    certificate = altered(certificate, {"parameters/workspace": ROOM, "dip/upper": "0.4"})
     assert check(certificate) == Verified(Fraction(1, 5), Fraction(2, 5), 1, 1, 1)
     with pytest.raises(Rejected, match="closer than upper"):
-        check(_altered(certificate, {"parameters/workspace/0/1": "0.3001"}))
+        check(altered(certificate, {"parameters/workspace/0/1": "0.3001"}))
     with pytest.raises(Rejected, match="closer than upper"):  # the other axes' room is wider
-        check(_altered(certificate, {f"{CELL}/axes": [0, 0, 1]}))
+        check(altered(certificate, {f"{CELL}/axes": [0, 0, 1]}))
 
 
 @pytest.mark.parametrize("order", [2, 3])
 @pytest.mark.parametrize("reading", ["initial-state", "whole-motion", "as-sampled"])
 def test_a_witness_stays_in_the_workspace(reading: str, order: int) -> None:
     """The witness's positions are looked at when the reading binds them: only at first, or later, too."""
-    certificate = _altered(_made(reading, order), {"windows": None, "dip/upper": "1"})
+    certificate = altered(made(reading, order), {"windows": None, "dip/upper": "1"})
     long_enough = [["-0.9", "0.9"], ["-0.4", "0.4"], ["0", "0"]]
-    assert check(_altered(certificate, {"parameters/workspace": long_enough})).lower == Fraction(1, 5)
-    short = _altered(certificate, {"parameters/workspace": [["-0.3", "0.29"], ["-0.4", "0.4"], ["0", "0"]]})
+    assert check(altered(certificate, {"parameters/workspace": long_enough})).lower == Fraction(1, 5)
+    short = altered(certificate, {"parameters/workspace": [["-0.3", "0.29"], ["-0.4", "0.4"], ["0", "0"]]})
     with pytest.raises(Rejected, match="uav_"):
         check(short)
-    later = _altered(certificate, {"parameters/workspace": ROOM})
-    moved = _altered(later, {"witness/uav_i/0/state/0": "-0.25", "witness/uav_j/0/state/0": "0.35"})
+    later = altered(certificate, {"parameters/workspace": ROOM})
+    moved = altered(later, {"witness/uav_i/0/state/0": "-0.25", "witness/uav_j/0/state/0": "0.35"})
     with pytest.raises(Rejected, match="leaves the workspace"):
         check(moved)
 
 
 def test_a_turn_between_the_ends_is_seen() -> None:
     """In whole-motion, a velocity or a cubic position that is beyond its bound only inside a piece is rejected."""
-    certificate = _altered(_made("whole-motion", 3), {"windows": None, "dip": {"lower": "0", "upper": "1"}})
+    certificate = altered(made("whole-motion", 3), {"windows": None, "dip": {"lower": "0", "upper": "1"}})
     # along y: acceleration 0.4 falls by 0.8/s, so velocity rises by 0.1 until 1/2 s, and falls back
     turn = {"state": ["0.4", "0", "0.4"], "inputs": [["1", "-0.8"]]}
     allowed = {"parameters/v_max/1": "0.1", "parameters/a_max/1": "0.4", "parameters/j_max/1": "0.8"}
-    certificate = _altered(certificate, {**allowed, "witness/uav_i/1": turn})
+    certificate = altered(certificate, {**allowed, "witness/uav_i/1": turn})
     assert check(certificate).lower == 0
     with pytest.raises(Rejected, match="velocity or acceleration is beyond its bound during input 0"):
-        check(_altered(certificate, {"parameters/v_max/1": "0.0999"}))
+        check(altered(certificate, {"parameters/v_max/1": "0.0999"}))
     with pytest.raises(Rejected, match="velocity or acceleration"):
-        check(_altered(certificate, {"parameters/a_max/1": "0.3999"}))
+        check(altered(certificate, {"parameters/a_max/1": "0.3999"}))
     with pytest.raises(Rejected, match="input 0 lasts no time or is beyond its bound"):
-        check(_altered(certificate, {"parameters/j_max/1": "0.7999"}))
+        check(altered(certificate, {"parameters/j_max/1": "0.7999"}))
     # the position is the cubic 0.4 + 0.2 s² − 0.4/3 s³: it is highest at the end, 0.4667
     high = {"parameters/workspace": [["-0.3", "0.3"], ["-1", "0.46667"], ["0", "0"]]}
-    assert check(_altered(certificate, high)).lower == 0
+    assert check(altered(certificate, high)).lower == 0
     # 0.4 + 0.4·s − s² + 0.4 s³ turns at 0.232 s, at 0.4440…: both ends are below
     bump = {"state": ["0.4", "0.4", "-2"], "inputs": [["1", "2.4"]]}
     loose = {"parameters/v_max/1": "2", "parameters/a_max/1": "2", "parameters/j_max/1": "3", "witness/uav_i/1": bump}
-    bumped = _altered(certificate, {**loose, "parameters/workspace": [["-1", "1"], ["-1", "0.45"], ["0", "0"]]})
+    bumped = altered(certificate, {**loose, "parameters/workspace": [["-1", "1"], ["-1", "0.45"], ["0", "0"]]})
     with pytest.raises(Rejected, match="closer than d_hat_min at an end"):  # so its motion was accepted
         check(bumped)
     with pytest.raises(Rejected, match="not shown to stay in the workspace"):
-        check(_altered(bumped, {"parameters/workspace/1/1": "0.443"}))
+        check(altered(bumped, {"parameters/workspace/1/1": "0.443"}))
 
 
 def test_a_witness_in_a_later_window() -> None:
     """In as-sampled a witness names its window; its motion starts with the period T_s, not with the window."""
-    certificate = _made("as-sampled", 3)
+    certificate = made("as-sampled", 3)
     later = {"witness/window": 1, "witness/uav_i/0/state/0": "-0.9", "witness/uav_j/0/state/0": "0.9"}
-    assert check(_altered(certificate, later)).lower == Fraction(1, 5)
+    assert check(altered(certificate, later)).lower == Fraction(1, 5)
     with pytest.raises(Rejected, match="closer than d_hat_min"):
-        check(_altered(certificate, {**later, "witness/window": 0, "dip/lower": "0", "parameters/d_hat_min": "1.99"}))
+        check(altered(certificate, {**later, "witness/window": 0, "dip/lower": "0", "parameters/d_hat_min": "1.99"}))
     with pytest.raises(Rejected, match="window: expected an integer from 0 to 1"):
-        check(_altered(certificate, {"witness/window": 2}))
+        check(altered(certificate, {"witness/window": 2}))
 
 
 def test_each_window_or_its_mirror_image_is_there() -> None:
     """In as-sampled one of two mirrored windows is enough, the middle one is needed, and no window is there twice."""
-    certificate = _made("as-sampled", 2)
-    assert check(_altered(certificate, {"windows/0": {"window": 1, "cells": [_cell([["3/2", 1, "1"]])]}})).windows == 1
+    certificate = made("as-sampled", 2)
+    assert check(altered(certificate, {"windows/0": {"window": 1, "cells": [cell_of([["3/2", 1, "1"]])]}})).windows == 1
     with pytest.raises(Rejected, match="closer than upper"):  # the velocity in the middle of window 0 is not that of 1
-        check(_altered(certificate, {"windows/0/window": 1}))
+        check(altered(certificate, {"windows/0/window": 1}))
     three = {"parameters/T_s": "3", "witness": None, "dip/lower": "0"}
     with pytest.raises(Rejected, match="windows: 1 or its mirror image is missing"):
-        check(_altered(certificate, three))
-    windows = [{"window": m, "cells": [_cell([[f"{2 * m + 1}/2", 1, "1"]])]} for m in (1, 2)]
-    assert check(_altered(certificate, {**three, "windows": windows})).windows == 2
+        check(altered(certificate, three))
+    windows = [{"window": m, "cells": [cell_of([[f"{2 * m + 1}/2", 1, "1"]])]} for m in (1, 2)]
+    assert check(altered(certificate, {**three, "windows": windows})).windows == 2
     with pytest.raises(Rejected, match="windows: 0 or its mirror image is missing"):
-        check(_altered(certificate, {**three, "windows": windows[:1]}))
+        check(altered(certificate, {**three, "windows": windows[:1]}))
     with pytest.raises(Rejected, match="windows: one of them is there twice"):
-        check(_altered(certificate, {**three, "windows": [*windows, windows[0]]}))
+        check(altered(certificate, {**three, "windows": [*windows, windows[0]]}))
 
 
 @pytest.mark.parametrize(
@@ -522,7 +444,7 @@ def test_each_window_or_its_mirror_image_is_there() -> None:
         ("initial-state", {f"{CELL}/from": "0.1"}, "does not start where"),
         ("initial-state", {f"{CELL}/to": "0.9"}, "closer than upper"),
         ("initial-state", {f"{CELL}/to": "1.1"}, "after the window"),
-        ("initial-state", {"windows/0/cells": [_cell([], "0", "0")]}, "ends before it starts"),
+        ("initial-state", {"windows/0/cells": [cell_of([], "0", "0")]}, "ends before it starts"),
         # the proofs
         ("whole-motion", {f"{CELL}/edges/0/0/proofs/0": []}, "closer than upper"),
         ("whole-motion", {f"{CELL}/edges/0/0/proofs/1/0/2": "1.01"}, "closer than upper"),
@@ -544,27 +466,27 @@ def test_each_window_or_its_mirror_image_is_there() -> None:
 def test_wrong_claims_are_rejected(reading: str, changes: dict[str, Any], reason: str) -> None:
     """With the digest made right again, each change that makes the claim false or its proof wrong is rejected."""
     with pytest.raises(Rejected, match=reason):
-        check(_altered(_made(reading, 2), changes))
+        check(altered(made(reading, 2), changes))
 
 
 def test_cells_leave_no_gap() -> None:
     """Of two cells neither may be missing, and they must meet."""
-    cells = [_cell([], "0", "1/2"), _cell([], "1/2", "1")]
-    certificate = _altered(_made("initial-state", 2), {"windows/0/cells": cells, "dip/upper": "0.9"})
+    cells = [cell_of([], "0", "1/2"), cell_of([], "1/2", "1")]
+    certificate = altered(made("initial-state", 2), {"windows/0/cells": cells, "dip/upper": "0.9"})
     assert check(certificate).cells == 2
     with pytest.raises(Rejected, match="do not reach the window's end"):
-        check(_altered(certificate, {"windows/0/cells": cells[:1]}))
+        check(altered(certificate, {"windows/0/cells": cells[:1]}))
     with pytest.raises(Rejected, match="cell 0 from 0, it does not start where"):
-        check(_altered(certificate, {"windows/0/cells": cells[1:]}))
+        check(altered(certificate, {"windows/0/cells": cells[1:]}))
     with pytest.raises(Rejected, match="cell 1 from 1/2, it does not start where"):
-        check(_altered(certificate, {"windows/0/cells/1/from": "0.51"}))
+        check(altered(certificate, {"windows/0/cells/1/from": "0.51"}))
     with pytest.raises(Rejected, match="cell 1 from 1/2, it does not start where"):
-        check(_altered(certificate, {"windows/0/cells/1/from": "0.49"}))
+        check(altered(certificate, {"windows/0/cells/1/from": "0.49"}))
 
 
 def test_the_digest_is_checked() -> None:
     """Whatever changes after the digest was made is noticed, even if the claim would still be right."""
-    certificate = _made("whole-motion", 2)
+    certificate = made("whole-motion", 2)
     for change in ({"dip": {"lower": "0.1", "upper": "0.6"}}, {"digest": "0" * 64}, {"digest": None}, {"digest": 1}):
         with pytest.raises(Rejected, match="digest"):
             check({**certificate, **change})
@@ -677,21 +599,21 @@ for _ in range(201):
 def test_malformed_content_is_rejected(path: str, value: object) -> None:
     """Wrong types, shapes and numbers are rejected with a sentence, and raise nothing else."""
     with pytest.raises(Rejected, match=r"\w+"):
-        check(_altered(_made("whole-motion", 2), {path: value}))
+        check(altered(made("whole-motion", 2), {path: value}))
 
 
-@pytest.mark.parametrize("key", sorted(_made("whole-motion", 2)))
+@pytest.mark.parametrize("key", sorted(made("whole-motion", 2)))
 def test_every_key_is_needed(key: str) -> None:
     """A certificate that lacks a key is rejected."""
-    certificate = _made("whole-motion", 2)
+    certificate = made("whole-motion", 2)
     del certificate[key]
     with pytest.raises(Rejected, match="expected an object with these keys"):
-        check(certificate if key == "digest" else _signed(certificate))
+        check(certificate if key == "digest" else signed(certificate))
 
 
 def test_what_is_no_certificate_is_rejected() -> None:
     """Something else than an object, and objects that no JSON text decodes to, are rejected."""
-    made = _made("whole-motion", 2)
+    certificate = made("whole-motion", 2)
     for nonsense in NONSENSE:
         with pytest.raises(Rejected, match="expected an object"):
             check(nonsense)
@@ -702,7 +624,7 @@ def test_what_is_no_certificate_is_rejected() -> None:
     circle["circle"] = circle
     for unwritable in (deep, circle, {1: 2, "1": 3}, {1, 2}, Fraction(1, 2), 10**5000):
         with pytest.raises(Rejected, match="cannot be written as JSON"):
-            check({**made, "windows": unwritable})
+            check({**certificate, "windows": unwritable})
 
 
 @pytest.mark.parametrize("text", ["", "{", "nonsense", b"\xff\xfe\xfa", "[" * 100_000, "1" * 5000, '{"a": 1} 2'])
@@ -710,15 +632,6 @@ def test_what_is_no_json_is_rejected(text: str | bytes) -> None:
     """Text that is not JSON, or not text, is rejected by `read`."""
     with pytest.raises(Rejected, match="not JSON that can be read"):
         read(text)
-
-
-def _places(value: object, path: tuple[str, ...] = ()) -> list[str]:
-    """Return the paths of all leaves of a JSON value."""
-    if isinstance(value, dict):
-        return [place for key, one in value.items() for place in _places(one, (*path, key))]
-    if isinstance(value, list) and value:
-        return [place for i, one in enumerate(value) for place in _places(one, (*path, str(i)))]
-    return ["/".join(path)]
 
 
 NUMBERS = st.fractions(min_value=-3, max_value=3, max_denominator=20).map(str)
@@ -738,9 +651,9 @@ JUNK = st.one_of(
 @given(data=st.data(), case=st.sampled_from(sorted(CASES)), junk=JUNK)
 def test_a_mutated_certificate_is_rejected_or_right(data: st.DataObject, case: tuple[str, int], junk: object) -> None:
     """With anything in place of any leaf, the check rejects, or verifies what is claimed and is above the dip."""
-    certificate = _made(*case)
-    place = data.draw(st.sampled_from(_places(certificate)))
-    mutated = _altered(certificate, {place: junk})
+    certificate = made(*case)
+    place = data.draw(st.sampled_from(places(certificate)))
+    mutated = altered(certificate, {place: junk})
     try:
         verified = check(mutated)
     except Rejected:
@@ -767,7 +680,7 @@ def test_no_multipliers_prove_what_is_false(data: st.DataObject, case: tuple[str
     usable = [multiplier, breakpoint_, *([density] if reading == "whole-motion" else [])]
     proofs = st.lists(st.lists(st.one_of(usable), max_size=3), min_size=2, max_size=2)
     ways = [["1", "0"], ["0", "1"], [data.draw(numbers), "1"]]
-    cells = [_cell([], "0", "1/2"), _cell([], "1/2", "1")]
+    cells = [cell_of([], "0", "1/2"), cell_of([], "1/2", "1")]
     for cell, sign in zip(cells, ("", "-"), strict=True):
         leaves = st.builds(lambda t, sign=sign: {"t": sign + t}, st.sampled_from(["0", "0.1", "1/4", "1/2"]))
         cell["edges"] = [[{"direction": way, "proofs": data.draw(proofs)} for way in ways]]
@@ -775,4 +688,4 @@ def test_no_multipliers_prove_what_is_false(data: st.DataObject, case: tuple[str
         cell["tree"] = {**cut, "below": data.draw(leaves), "above": data.draw(leaves)}
     claim = {"dip": {"lower": "0", "upper": "0.199"}, "witness": None, "windows/0/cells": cells}
     with pytest.raises(Rejected, match="closer than upper"):
-        check(_altered(_made(*case), claim))
+        check(altered(made(*case), claim))
