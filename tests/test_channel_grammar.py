@@ -483,7 +483,7 @@ def test_near_misses_get_the_right_form(spec: str, says: str) -> None:
         ("jam:3,4@7-", 0, ["(jam:3,4@7- never loses anything)"]),
         ("burst:1,1@0", 0, ["never loses anything"]),
         ("none@3-", 0, ["never loses anything"]),
-        ("iid:1e-9", 0, ["Nothing was lost in these 60 rounds, although --loss iid:1e-9 was asked for."]),
+        ("iid:1e-12", 0, ["Nothing was lost in these 60 rounds, although --loss iid:1e-12 was asked for."]),
         ("iid:0.1+jam:60,4", 9, ["Nothing was lost by jam:60,4: jam:60,4 begins in round 60, the last round was 59."]),
         ("iid:0.1+uav1@0-9", 9, []),
         ("uav1@60-+iid:0", 0, ["(uav1@60- begins in round 60, the last round was 59; iid:0 never loses anything)"]),
