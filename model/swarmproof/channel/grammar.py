@@ -245,6 +245,8 @@ def _unknown(spec: str) -> str:
             f"{shown(spec)} is no link: write cu0->uav*, *->cu1 or uav2, in quotes, since a shell has its own use for "
             "> and *"
         )
+    if re.match(r"\s*(adversary|exhaustive)", spec):
+        return f"{shown(spec)} is a search for losses: it stands alone, and only after `swarmproof fly SCENARIO --loss`"
     choice = ", ".join(FORMS)
     return f"there is no loss model {shown(spec)}: choose {choice}, or a link such as cu0->uav*"
 
