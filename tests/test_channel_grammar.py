@@ -383,13 +383,17 @@ def test_every_form_has_an_example_that_is_read() -> None:
     assert set(FORMS) <= {"none", "iid:P", "burst:P_ENTER,P_LEAVE", "jam:START,ROUNDS", "script:FILE"}
 
 
-def test_the_documents_show_losses_that_are_read() -> None:
-    """Each loss that docs/flying.md quotes can be read, and those of its commands, too."""
+def test_the_documents_show_losses_that_are_read(tmp_path: Path) -> None:
+    """Each loss that docs/flying.md quotes can be read, those of its commands and its script, too."""
     text = (Path(__file__).parent.parent / "docs/flying.md").read_text(encoding="utf-8")
     quoted = [loss for loss in re.findall(r"'([^'\n]+)'", text) if re.search(r"[:@>]", loss)]
     assert len(quoted) > 8
     for loss in quoted:
         parse(loss, N, M, SEED)
+    (example,) = re.findall(r'^    (\{"schema".*?\})\n\n', text, re.MULTILINE | re.DOTALL)
+    (tmp_path / "losses.json").write_text(example, encoding="utf-8")
+    lost = parse(f"script:{tmp_path / 'losses.json'}", 2, 2, SEED)
+    assert [lost.losses(k).count for k in (2, 3, 4, 5, 59, 60, 69, 70, 9999)] == [0, 1, 0, 4, 4, 0, 0, 6, 6]
 
 
 # Files whose names look like grammar
@@ -449,6 +453,8 @@ def test_files_may_be_called_anything(tmp_path: Path) -> None:
         ("delay:1", "are faults, for which there is no word yet"),
         ("duplicate:0.1", "are faults"),
         ("iid:0.1+join:3", "are faults"),
+        ("iid:0.1+adversary:10", "'adversary:10' is a search for losses: it stands alone"),
+        ("uav1:exhaustive:3@5-", "is a search for losses"),
         ("iid:0.1+" * 2000 + "none", "is too long: at most 10000 characters"),
     ],
 )
@@ -483,7 +489,7 @@ def test_near_misses_get_the_right_form(spec: str, says: str) -> None:
         ("jam:3,4@7-", 0, ["(jam:3,4@7- never loses anything)"]),
         ("burst:1,1@0", 0, ["never loses anything"]),
         ("none@3-", 0, ["never loses anything"]),
-        ("iid:1e-9", 0, ["Nothing was lost in these 60 rounds, although --loss iid:1e-9 was asked for."]),
+        ("iid:1e-12", 0, ["Nothing was lost in these 60 rounds, although --loss iid:1e-12 was asked for."]),
         ("iid:0.1+jam:60,4", 9, ["Nothing was lost by jam:60,4: jam:60,4 begins in round 60, the last round was 59."]),
         ("iid:0.1+uav1@0-9", 9, []),
         ("uav1@60-+iid:0", 0, ["(uav1@60- begins in round 60, the last round was 59; iid:0 never loses anything)"]),

@@ -28,7 +28,7 @@ from swarmproof.channel.combine import Everything, Linked, Links, Sum, Windowed
 from swarmproof.channel.losses import FOREVER, Burst, Iid, Jam, Losses, LossModel, Recorded, TermModel
 from swarmproof.channel.script import LATER, read_script, shown
 from swarmproof.semantics.switches import BadInput
-from swarmproof.theorem3.numbers import read_number
+from swarmproof.theorem3.numbers import ENTRY, read_number
 
 #: The models, with an example each.
 FORMS = {
@@ -245,6 +245,8 @@ def _unknown(spec: str) -> str:
             f"{shown(spec)} is no link: write cu0->uav*, *->cu1 or uav2, in quotes, since a shell has its own use for "
             "> and *"
         )
+    if re.match(r"\s*(adversary|exhaustive)", spec):
+        return f"{shown(spec)} is a search for losses: it stands alone, and only after `swarmproof fly SCENARIO --loss`"
     choice = ", ".join(FORMS)
     return f"there is no loss model {shown(spec)}: choose {choice}, or a link such as cu0->uav*"
 
@@ -267,7 +269,7 @@ def _values(spec: str, form: str, rest: str) -> list[str]:
 
 def _probability(spec: str, name: str, text: str) -> Fraction:
     try:
-        value = read_number(text)
+        value = read_number(text, ENTRY)
     except BadInput as mistake:
         raise BadInput(f"{name} of the loss model {shown(spec)}: {mistake}{_percent(text)}") from None
     if not 0 <= value <= 1:
@@ -280,7 +282,7 @@ def _probability(spec: str, name: str, text: str) -> Fraction:
 def _percent(text: str) -> str:
     """Return what a percentage is as a decimal, to end a sentence with; empty if `text` is none."""
     try:
-        value = read_number(text.removesuffix("%")) / 100
+        value = read_number(text.removesuffix("%"), ENTRY) / 100
     except BadInput:
         return ""
     return f"; {text} is {value if value.denominator == 1 else float(value)}" if text.endswith("%") else ""
