@@ -40,9 +40,9 @@ def approach(square: Fraction) -> Approach:
 
 NEAR, AT, FAR = approach(D_HAT**2 - TINY), approach(D_HAT**2), approach(F(1))
 #: A round in which all trajectories are just far enough from each other.
-ROUND = ObservedRound(8, D_HAT, AT, AT, AT, AT, AT, AT, AT, ())
+ROUND = ObservedRound(8, D_HAT, AT, AT, AT, AT, AT, AT, AT, (), underway=2)
 DIP = Dip(0.12, True, (2, 5), 1.85)
-FLIGHT = ObservedFlight(F(3, 25), DIP, DIP, adopted=50.0, patience=50.0, late=())
+FLIGHT = ObservedFlight(F(3, 25), DIP, DIP, adopted=50.0, patience=50.0, late=(), underway=8)
 
 
 def in_round(claim: str, seen: ObservedRound) -> list[Broken]:

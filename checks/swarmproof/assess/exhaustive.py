@@ -20,8 +20,10 @@ import numpy as np
 from swarmproof.adapters.mlr import observe
 from swarmproof.assess.between import at_least, closest
 from swarmproof.assess.chain import explain
+from swarmproof.assess.instances import Instances
 from swarmproof.assess.judge import Counts, Smallest, where
-from swarmproof.assess.observing import View, observe_round, reference_pieces
+from swarmproof.assess.observing import View, observe_round, reference_pieces, underway
+from swarmproof.assess.places import Place
 from swarmproof.assess.remember import Remembering
 from swarmproof.assess.run import Setting
 from swarmproof.claims.flight import FLIGHT_CLAIMS, Approach, Dip, FlightClaim, ObservedFlight, references_apart
@@ -45,6 +47,8 @@ class Verdict(StrEnum):
     HOLDS = "holds-for-these-rounds"
     VIOLATED = "violated"
     UNDECIDED = "undecided"
+    #: No pattern of these rounds has anything that it speaks of.
+    NOT_APPLICABLE = "not-applicable"
 
 
 @dataclass(frozen=True)
@@ -52,11 +56,13 @@ class Decided:
     """A claim after all patterns.
 
     Attributes:
-        why: the first place where it is broken, or why it is undecided; empty if it holds.
+        why: the first place where it is broken, or why it is undecided or not applicable; empty if it holds.
         rounds: complete rounds before the first violation.
         lost: messages lost until then.
         cause: these rounds.
         chain: how it came about, a sentence each, where it is about two trajectories.
+        instances: how often the rounds flown, and the swarms after them, had something that it speaks of.
+        place: where it is broken first; None if it is not.
     """
 
     claim: Claim | FlightClaim
@@ -66,6 +72,8 @@ class Decided:
     lost: int | None = None
     cause: tuple[Round, ...] = ()
     chain: tuple[str, ...] = ()
+    instances: int = 0
+    place: Place | None = None
 
 
 @dataclass
@@ -98,6 +106,11 @@ class Exhaustive:
     def violated(self) -> bool:
         """Whether some claim is violated."""
         return any(decided.verdict is Verdict.VIOLATED for decided in self.claims)
+
+    @property
+    def undecided(self) -> bool:
+        """Whether some claim is undecided, or a part of the patterns was not flown."""
+        return self.stopped is not None or any(decided.verdict is Verdict.UNDECIDED for decided in self.claims)
 
 
 @dataclass(eq=False)
@@ -133,9 +146,12 @@ class _Search:
         self._flight = setting.flight(self._planner)
         self._lattice = self._flight.lattice
         self._protocol = [c for c in CLAIMS if c.kind is Kind.SAFETY and c.applies_to(setting.semantics)]
-        self._broken: dict[str, tuple[_Reached, Broken, Approach | None]] = {}
+        self._broken: dict[str, tuple[_Reached, Broken, Approach | Dip | None]] = {}
         self._sampled, self._tracked = Smallest(), Smallest()
-        self._undecided = False
+        self._instances = Instances(self._protocol)
+        #: the closest approach of references that is too close to d_min to tell, and in how many swarms some moved
+        self._close: Dip | None = None
+        self._underway = 0
         self.found = Exhaustive()
 
     def run(self, rounds: int, tell: Callable[[int, int, int], None]) -> Exhaustive:
@@ -177,6 +193,7 @@ class _Search:
                 known.patterns += patterns * reached.patterns
                 if lost < known.lost:
                     known.lost, known.way = lost, this.way
+                self._instances.see(observed)
                 self._sampled.take(observed.flown)
                 self._tracked.take(observed.learned)
                 for claim in FLIGHT_CLAIMS:
@@ -188,11 +205,14 @@ class _Search:
                 raise _TooMany
         for known in following.values():
             seen = observe(known.state.swarm)
+            self._instances.see_swarm(seen)
             for protocol_claim in self._protocol:
                 self._note(protocol_claim.id, known, protocol_claim.broken_in(seen))
         return following
 
-    def _note(self, claim: str, reached: _Reached, broken: list[Broken], approach: Approach | None = None) -> None:
+    def _note(
+        self, claim: str, reached: _Reached, broken: list[Broken], approach: Approach | Dip | None = None
+    ) -> None:
         if not broken:
             return
         known = self._broken.get(claim)
@@ -205,6 +225,7 @@ class _Search:
         limit = float(self._lattice.square(distance)) * (1 + 1e-6)
         unit, step = float(self._lattice.scaled_unit), float(self._lattice.parameters.T_c)
         for some in _chunks(level, 512):
+            self._underway += sum(underway(reached.state) > 0 for reached in some)
             pieces = np.concatenate([reference_pieces(self._lattice, reached.state) for reached in some])
             found = closest(pieces)
             lower = sqrt(max(found.lower, 0.0)) * unit * (1 - 2.0**-50)
@@ -217,8 +238,9 @@ class _Search:
                 nearest = closest(own)
                 where = (reached.state.k * len(own) + nearest.step + nearest.fraction) * step
                 dip = Dip(sqrt(max(nearest.lower, 0.0)) * unit * (1 - 2.0**-50), decided, nearest.pair, where)
-                self._undecided |= decided is None
-                self._note("eq-2", reached, references_apart(ObservedFlight(distance, dip, None, 0.0, 0.0, ())))
+                if decided is None:
+                    self._close = self._close or dip
+                self._note("eq-2", reached, references_apart(self._whole(dip)), dip)
 
     def _finish(self, seconds: float) -> Exhaustive:
         found = self.found
@@ -231,15 +253,35 @@ class _Search:
 
     def _decided(self, claim: Claim | FlightClaim) -> Decided:
         broken = self._broken.get(claim.id)
+        whole = self._whole()
+        instances = self._instances.number(claim, whole)
         if broken is not None:
             reached, first, approach = broken
             why = where(first) + first.why
             cause = reached.rounds()
-            chain = () if approach is None else tuple(explain(self._lattice, cause, approach, self._flight.origin))
-            return Decided(claim, Verdict.VIOLATED, why, reached.state.k, reached.lost, cause, chain)
-        if self.found.stopped is not None or (claim.id == "eq-2" and self._undecided):
-            return Decided(claim, Verdict.UNDECIDED, self.found.stopped or "too close to d_min to tell")
-        return Decided(claim, Verdict.HOLDS, "")
+            chain = (
+                tuple(explain(self._lattice, cause, approach, self._flight.origin))
+                if isinstance(approach, Approach)
+                else ()
+            )
+            place = Place.of(self._lattice, reached.state.k - 1, first, approach)
+            return Decided(
+                claim, Verdict.VIOLATED, why, reached.state.k, reached.lost, cause, chain, max(instances, 1), place
+            )
+        if self.found.stopped is not None:
+            return Decided(claim, Verdict.UNDECIDED, self.found.stopped, instances=instances)
+        verdict, why = Verdict.HOLDS, ""
+        if why := self._instances.not_about(claim, whole):
+            verdict = Verdict.NOT_APPLICABLE
+        elif why := self._instances.left_open(claim, whole):
+            verdict = Verdict.UNDECIDED
+        return Decided(claim, verdict, why, instances=instances)
+
+    def _whole(self, references: Dip | None = None) -> ObservedFlight:
+        """Return what is to be said of all flights as one, of which `references` is the closest approach."""
+        far = Dip(self.found.continuous_lower, True, (0, 0), 0.0)
+        distance = self._flight.scenario.parameters.d_min
+        return ObservedFlight(distance, references or self._close or far, None, 0.0, 0.0, (), self._underway)
 
 
 class _TooMany(Exception):

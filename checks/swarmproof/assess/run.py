@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from swarmproof.assess.judge import Flown, Judge
 from swarmproof.channel.losses import LossModel
@@ -91,6 +91,7 @@ def fly(
     judge = Judge(flight, state, tracking)
     begin = time.perf_counter()
     seen = 0
+    stopped = None
     try:
         for flown in flight.rounds(state, losses, rounds):
             judge.see(flown)
@@ -100,7 +101,8 @@ def fly(
     except KeyboardInterrupt:
         if not seen:
             raise
-    result = judge.finish()
+        stopped = f"interrupted after {seen} of {rounds} rounds"
+    result = replace(judge.finish(), stopped=stopped)
     return result, time.perf_counter() - begin
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from rich.console import Console
 from rich.markup import escape
@@ -46,7 +46,7 @@ def add_parser(commands: Any) -> None:
         "fly",
         help="fly a scenario with planned trajectories under message loss, and check every claim on the way",
         description="Fly a scenario: the protocol with real trajectories, planned by (13) and checked exactly.",
-        epilog="Exit codes: 0 nothing violated, 1 something violated, 2 bad input.",
+        epilog="Exit codes: 0 nothing violated, 1 something violated, 2 bad input, 3 something undecided, or stopped.",
         allow_abbrev=False,
     )
     parser.set_defaults(run=run)
@@ -132,8 +132,8 @@ def _one_flight(
                 bar.update(task, completed=flown.after.k)
 
         flown, seconds = fly(setting, losses, rounds, watch, flight)
-    if flown.rounds < rounds:
-        console.print(f"interrupted after {flown.rounds} of {rounds} rounds; what follows is about these")
+    if flown.stopped is not None:
+        console.print(f"{flown.stopped}; what follows is about these")
     if folder is not None:
         flight_page.write_flight(folder, setting, options.loss, flown, log)
     write_json(options.json, flight_words.document(setting, flown, seconds))
@@ -141,7 +141,7 @@ def _one_flight(
     for line in flight_words.summary(flown):
         console.print(escape(line), soft_wrap=True)
     console.print(flight_words.scope(setting, options.loss, flown), style="bright_black", soft_wrap=True)
-    return 1 if flown.violated else 0
+    return 1 if flown.violated else 3 if flown.undecided else 0
 
 
 def _every_pattern(
@@ -161,7 +161,7 @@ def _every_pattern(
     for line in flight_words.patterns_summary(found):
         console.print(escape(line), soft_wrap=True)
     console.print(flight_words.patterns_scope(setting, rounds, found), style="bright_black", soft_wrap=True)
-    return 1 if found.violated else 3 if found.stopped is not None else 0
+    return 1 if found.violated else 3 if found.undecided else 0
 
 
 def _search(setting: Setting, rounds: int, budget: int) -> Worst:
@@ -189,10 +189,12 @@ def _bar(unit: str) -> Progress:
 def _print(console: Console, headline: str, claims: Iterable[Judged | Decided]) -> None:
     console.print(f"[bold]{escape(headline)}[/bold]", soft_wrap=True)
     table = Table(box=None, padding=(0, 2))
-    for heading in ("claim", "verdict", "why"):
-        table.add_column(heading, overflow="fold", no_wrap=heading != "why")
+    for heading in ("claim", "verdict", "seen", "why"):
+        justify: Literal["left", "right"] = "right" if heading == "seen" else "left"
+        table.add_column(heading, overflow="fold", no_wrap=heading != "why", justify=justify)
     for judged in claims:
-        table.add_row(judged.claim.id, f"[{_COLOURS[judged.verdict]}]{judged.verdict}[/]", escape(judged.why))
+        verdict = f"[{_COLOURS[judged.verdict]}]{judged.verdict}[/]"
+        table.add_row(judged.claim.id, verdict, str(judged.instances), escape(judged.why))
     console.print(table)
     first = next((judged for judged in claims if judged.chain), None)
     if first is not None:

@@ -26,6 +26,7 @@ MOST_LISTED = 12
 _VERDICT_WORDS = {
     FlightVerdict.VIOLATED: ("✗ violated", "bad"),
     FlightVerdict.NOT_VIOLATED: ("✓ not violated", "good"),
+    FlightVerdict.UNDECIDED: ("? undecided", "dim"),
     FlightVerdict.NOT_APPLICABLE: ("– not applicable", "dim"),
 }
 
@@ -83,6 +84,9 @@ def flight_page(setting: Setting, loss: str, flown: Flown, log: Log, drawn: list
         scope=flight_words.scope(setting, loss, flown),
         claims=flown.claims,
         violated=[judged for judged in flown.claims if judged.verdict is FlightVerdict.VIOLATED],
+        undecided=[judged for judged in flown.claims if judged.verdict is FlightVerdict.UNDECIDED],
+        idle=flown.last_adoption is None,
+        stopped=flown.stopped,
         verdict_words=_VERDICT_WORDS,
         chains=chains,
         chain_of={claim: told.claims[0] for told in chains for claim in told.claims},
