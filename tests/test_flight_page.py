@@ -127,6 +127,7 @@ def test_the_page_has_every_verdict(name: str) -> None:
         assert {
             FlightVerdict.VIOLATED: "✗ violated",
             FlightVerdict.NOT_VIOLATED: "✓ not violated",
+            FlightVerdict.UNDECIDED: "? undecided",
             FlightVerdict.NOT_APPLICABLE: "– not applicable",
         }[judged.verdict] in row
         tag = re.search(rf'id="claim-{judged.claim.id}".*?class="tag (\w+)"', page, re.DOTALL)
