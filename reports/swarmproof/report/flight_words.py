@@ -9,6 +9,7 @@ from swarmproof.assess.exhaustive import Decided, Exhaustive
 from swarmproof.assess.judge import Counts, Flown, Judged
 from swarmproof.assess.places import Place
 from swarmproof.assess.run import Setting
+from swarmproof.report import defaults
 from swarmproof.scenario.scenario import EXACT
 from swarmproof.theorem3.numbers import exact_text
 
@@ -62,8 +63,16 @@ def scope(setting: Setting, loss: str, flown: Flown) -> str:
     return (
         f"This flight only: {flown.rounds} rounds, trigger {setting.trigger}, loss {loss}, seed {setting.seed}; "
         f"{setting.semantics.name()}; parameters {parameters}. Samples and constraints were decided exactly, distances "
-        "between samples are certified bounds; no other flight is covered." + _fault(setting, flown.qps)
+        "between samples are certified bounds; no other flight is covered."
+        + _defaults(setting)
+        + _fault(setting, flown.qps)
     )
+
+
+def _defaults(setting: Setting) -> str:
+    """Return which values nobody gave, as a sentence that follows others; empty if everything was given."""
+    told = defaults.sentence(setting.scenario.parameters, "what is planned, and every verdict,")
+    return f" Not given: {told}." if told else ""
 
 
 def document(setting: Setting, flown: Flown, seconds: float) -> str:
@@ -111,6 +120,7 @@ def patterns_scope(setting: Setting, rounds: int, found: Exhaustive) -> str:
         f"Every loss of (message, receiver) pairs in the first {rounds} rounds of this scenario, trigger "
         f"{setting.trigger}; {setting.semantics.name()}; parameters {parameters}. Swarms with equal protocol state, "
         f"trajectories and knowledge were merged. Nothing is said of later rounds.{stopped}"
+        + _defaults(setting)
         + _fault(setting, found.qps)
     )
 
@@ -150,6 +160,7 @@ def _header(setting: Setting, rounds: int, separation: Mapping[str, float | None
         "rounds": rounds,
         "seed": setting.seed,
         "changed": setting.scenario.differences(),
+        "defaults": defaults.as_json(setting.scenario.parameters),
         "min_separation": separation,
         "qps": {"solved": counts.solved, "rejected": counts.rejected, "infeasible": counts.infeasible},
         **_fault_document(setting, counts),
