@@ -16,6 +16,7 @@ from swarmproof.assess.adversary import Worst, parse_budget, search
 from swarmproof.assess.exhaustive import Decided, explore_flights, parse_rounds
 from swarmproof.assess.judge import Judged
 from swarmproof.assess.log import Log
+from swarmproof.assess.positions import Positions
 from swarmproof.assess.run import Setting, fly
 from swarmproof.channel.losses import FORMS, LossModel, Recorded, parse
 from swarmproof.channel.script import write_script
@@ -24,6 +25,7 @@ from swarmproof.flight.state import Round
 from swarmproof.planning.trigger import Trigger
 from swarmproof.report import flight_page, flight_words
 from swarmproof.report.flight_patterns import write_patterns
+from swarmproof.report.flight_positions import check_format, write_positions
 from swarmproof.report.folder import claim_file, claim_folder
 from swarmproof.scenario.scenario import SHIPPED
 from swarmproof.semantics.switches import PRESETS, BadInput
@@ -71,6 +73,9 @@ def add_parser(commands: Any) -> None:
         "--rounds", type=whole_number, metavar="K", help="length of the flight (default: the scenario's)"
     )
     parser.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard output")
+    parser.add_argument(
+        "--positions", metavar="FILE", help="write all positions at multiples of T_c (.csv), with all plans (.json)"
+    )
     parser.add_argument("--report", metavar="DIR", help="write a page with pictures into this folder")
 
 
@@ -91,6 +96,11 @@ def run(options: argparse.Namespace) -> int:
     if kind == "exhaustive":
         if options.rounds is not None:
             raise BadInput("--rounds does not go with --loss exhaustive:ROUNDS, which says how many rounds are flown")
+        if options.positions is not None:
+            raise BadInput(
+                "--positions goes with one flight, not with --loss exhaustive:ROUNDS: fly the losses that --report "
+                "writes, such as --loss script:DIR/theorem-2.losses.json"
+            )
         of_all = parse_rounds(argument)
         folder = _claim(options)
         return _every_pattern(setting, of_all, options, folder, console)
@@ -111,6 +121,9 @@ def _claim(options: argparse.Namespace) -> Path | None:
     """Make sure that what is to be written can be, before anything is computed; return the report's folder."""
     if options.json not in (None, "-"):
         claim_file(Path(options.json))
+    if options.positions is not None:
+        check_format(Path(options.positions))
+        claim_file(Path(options.positions))
     if options.report is None:
         return None
     flight_page.check_available()
@@ -122,12 +135,15 @@ def _one_flight(
 ) -> int:
     flight = setting.flight()
     log = Log(flight)
+    positions = None if options.positions is None else Positions(setting, flight)
     with _bar("rounds") as bar:
         task = bar.add_task("", total=rounds)
 
         def watch(flown: Round) -> None:
             if folder is not None:
                 log.see(flown)
+            if positions is not None:
+                positions.see(flown)
             if flown.after.k % 5 == 0:
                 bar.update(task, completed=flown.after.k)
 
@@ -136,7 +152,9 @@ def _one_flight(
         console.print(f"{flown.stopped}; what follows is about these")
     if folder is not None:
         flight_page.write_flight(folder, setting, options.loss, flown, log)
-    write_json(options.json, flight_words.document(setting, flown, seconds))
+    if positions is not None:
+        write_positions(Path(options.positions), setting, positions)
+    write_json(options.json, flight_words.document(setting, options.loss, flown, seconds))
     _print(console, flight_words.headline(setting, flown), flown.claims)
     for line in flight_words.summary(flown):
         console.print(escape(line), soft_wrap=True)

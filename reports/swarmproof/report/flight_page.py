@@ -14,7 +14,7 @@ from swarmproof.assess.judge import FlightVerdict, Flown
 from swarmproof.assess.log import Log, Outcome
 from swarmproof.assess.run import Setting
 from swarmproof.mlr.algorithm1 import CuState
-from swarmproof.report import flight_words, names
+from swarmproof.report import flight_facts, flight_words, names
 from swarmproof.report.flight_plots import Picture, check_available, pictures
 from swarmproof.report.page import PAPER, template
 from swarmproof.semantics.switches import BadInput
@@ -82,6 +82,8 @@ def flight_page(setting: Setting, loss: str, flown: Flown, log: Log, drawn: list
         headline=flight_words.headline(setting, flown),
         figures=flight_words.summary(flown),
         scope=flight_words.scope(setting, loss, flown),
+        facts=flight_facts.rows(setting, loss, flown),
+        violations=flight_facts.violations(flown),
         claims=flown.claims,
         violated=[judged for judged in flown.claims if judged.verdict is FlightVerdict.VIOLATED],
         undecided=[judged for judged in flown.claims if judged.verdict is FlightVerdict.UNDECIDED],

@@ -9,7 +9,7 @@ from swarmproof.assess.exhaustive import Decided, Exhaustive
 from swarmproof.assess.judge import Counts, Flown, Judged
 from swarmproof.assess.places import Place
 from swarmproof.assess.run import Setting
-from swarmproof.report import defaults
+from swarmproof.report import defaults, flight_facts
 from swarmproof.scenario.scenario import EXACT
 from swarmproof.theorem3.numbers import exact_text
 
@@ -75,15 +75,16 @@ def _defaults(setting: Setting) -> str:
     return f" Not given: {told}." if told else ""
 
 
-def document(setting: Setting, flown: Flown, seconds: float) -> str:
-    """Return the flight as an indented JSON document."""
+def document(setting: Setting, loss: str, flown: Flown, seconds: float) -> str:
+    """Return the flight as an indented JSON document; `loss` is the loss model as the user wrote it."""
     qps = flown.qps
     separation = {"sampled": flown.sampled, "continuous_lower": flown.continuous_lower}
     content = {
-        **_header(setting, flown.rounds, separation, qps),
+        **_header(setting, loss, flown.rounds, separation, qps),
         "arrived": flown.arrived,
         "rounds_to_arrival": flown.rounds_to_arrival,
         "last_adoption": None if flown.last_adoption is None else flown.last_adoption._asdict(),
+        "interrupted": flown.stopped is not None,
         "stopped": flown.stopped,
         "claims": [_claim(judged) for judged in flown.claims],
         "seconds": round(seconds, 3),
@@ -129,7 +130,7 @@ def patterns_document(setting: Setting, rounds: int, found: Exhaustive) -> str:
     """Return an exhaustive flight as a JSON document like that of a flight; `patterns` says what was covered."""
     separation = {"sampled": found.sampled, "continuous_lower": found.continuous_lower}
     content = {
-        **_header(setting, rounds, separation, found.qps),
+        **_header(setting, f"exhaustive:{rounds}", rounds, separation, found.qps),
         "arrived": False,
         "rounds_to_arrival": None,
         "patterns": {
@@ -152,7 +153,9 @@ def _total(counts: Counts) -> int:
     return counts.solved + counts.rejected + counts.infeasible
 
 
-def _header(setting: Setting, rounds: int, separation: Mapping[str, float | None], counts: Counts) -> dict[str, object]:
+def _header(
+    setting: Setting, loss: str, rounds: int, separation: Mapping[str, float | None], counts: Counts
+) -> dict[str, object]:
     return {
         "schema": SCHEMA,
         "uavs": setting.scenario.uavs,
@@ -160,10 +163,10 @@ def _header(setting: Setting, rounds: int, separation: Mapping[str, float | None
         "rounds": rounds,
         "seed": setting.seed,
         "changed": setting.scenario.differences(),
-        "defaults": defaults.as_json(setting.scenario.parameters),
         "min_separation": separation,
         "qps": {"solved": counts.solved, "rejected": counts.rejected, "infeasible": counts.infeasible},
         **_fault_document(setting, counts),
+        **flight_facts.as_json(setting, loss),
     }
 
 
