@@ -12,7 +12,7 @@ from swarmproof.semantics.switches import BadInput
 def whole_number(text: str) -> int:
     """Return the whole number, at least 0, in `text`: an argparse type."""
     if not text.isdecimal() or len(text) > 9:
-        raise argparse.ArgumentTypeError(f"{text!r} is no whole number of at least 0")
+        raise argparse.ArgumentTypeError(f"{text!r} is no whole number of at least 0, such as 3")
     return int(text)
 
 
