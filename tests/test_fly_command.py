@@ -29,6 +29,19 @@ Json = dict[str, Any]
 #: A short flight that violates nothing, and one that violates much.
 FINE = ["fly", "crossing", "--rounds", "5"]
 BAD = ["fly", "crossing", "--rounds", "12", "--loss", "iid:0.3", "--semantics", "ignore-loss"]
+#: What was flown, and how far a single flight came.
+FACTS: dict[str, tuple[type, ...]] = {
+    "scenario": (dict,),
+    "loss": (str,),
+    "trigger": (str,),
+    "semantics": (dict,),
+    "defaults": (dict,),
+}
+LAST: dict[str, tuple[type, ...]] = {
+    "last_adoption": (dict, type(None)),
+    "interrupted": (bool,),
+    "stopped": (str, type(None)),
+}
 #: The keys of the schema, in their order, and the types of their values.
 KEYS: dict[str, tuple[type, ...]] = {
     "schema": (str,),
@@ -39,8 +52,10 @@ KEYS: dict[str, tuple[type, ...]] = {
     "changed": (list,),
     "min_separation": (dict,),
     "qps": (dict,),
+    **FACTS,
     "arrived": (bool,),
     "rounds_to_arrival": (int, type(None)),
+    **LAST,
     "claims": (list,),
     "seconds": (float,),
 }
@@ -52,6 +67,12 @@ CLAIM_KEYS: dict[str, tuple[type, ...]] = {
     "worst_rounds": (type(None),),
     "avoidable": (type(None),),
     "trace": (type(None),),
+    "instances": (int,),
+    "why": (str,),
+    "round": (int, type(None)),
+    "uavs": (list, type(None)),
+    "cus": (list, type(None)),
+    "time": (float, type(None)),
 }
 SAFETY = [claim.id for claim in CLAIMS if claim.kind is Kind.SAFETY]
 
@@ -118,8 +139,9 @@ def test_json_has_the_keys_of_the_schema(arguments: list[str], code: int, capsys
 
 
 def test_claims_have_the_keys_that_they_have_in_verify() -> None:
-    """Claims of flights are written like claims of `verify`."""
-    assert tuple(CLAIM_KEYS) == ClaimJson.__struct_fields__
+    """Claims of flights are written like claims of `verify`, and say more."""
+    known = ClaimJson.__struct_fields__
+    assert tuple(CLAIM_KEYS)[: len(known)] == known
 
 
 def test_arrival_in_json(capsys: pytest.CaptureFixture[str]) -> None:
@@ -192,7 +214,9 @@ def test_what_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(FINE) == 0
     said = " ".join(capsys.readouterr().out.split())
     for claim in FLIGHT_CLAIMS:
-        assert f"{claim.id} not-violated" in said or claim.id == "eq-2-actual"
+        # five rounds without losses are too few for some: nobody was planned beside another UAV, nor arrived
+        none_of_it = claim.id in ("eq-2-actual", "lemma-3", "arrives")
+        assert f"{claim.id} {'not-applicable 0' if none_of_it else 'not-violated'}" in said
     assert "Smallest scaled distance of references: 0." in said
     assert "optimization problems solved, 0 answers rejected, 0 infeasible; 0 messages lost." in said
     assert "This flight only: 5 rounds, trigger HT, loss none, seed 0; guarded, event_trigger=round-robin" in said
@@ -247,7 +271,7 @@ def test_every_pattern_in_json(capsys: pytest.CaptureFixture[str]) -> None:
     """Exhaustive flights have the same document, with what was covered, and verdicts about these rounds."""
     arguments = ["fly", "crossing", "--cus", "1", "--loss", "exhaustive:2"]
     content = document(capsys, arguments, 0)
-    *most, claims, seconds = KEYS.items()
+    *most, claims, seconds = ((key, types) for key, types in KEYS.items() if key not in LAST)
     keys = dict([*most, ("patterns", (dict,)), claims, seconds])
     assert_typed(content, keys)
     assert content["schema"] == "swarmproof.flight/1"
@@ -257,7 +281,10 @@ def test_every_pattern_in_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert content["patterns"]["swarms"] == [1, 2, 8]
     assert content["patterns"]["stopped"] is None
     asked = SAFETY + [claim.id for claim in FLIGHT_CLAIMS if claim.id not in ("arrives", "eq-2-actual")]
-    assert verdicts(content) == dict.fromkeys(asked, "holds-for-these-rounds")
+    about_two_cus = ("lemma-2", "one-planner-per-uav", "same-selection", "corollary-1", "lemma-4")
+    assert verdicts(content) == {
+        name: "not-applicable" if name in about_two_cus else "holds-for-these-rounds" for name in asked
+    }
     for claim in content["claims"]:
         assert_typed(claim, CLAIM_KEYS)
 
@@ -425,9 +452,10 @@ def test_an_interrupted_flight_tells_what_was_flown(
     """Interrupted, a flight is told as far as it went."""
     whole = document(capsys, [*FINE[:3], "4"], 0)
     monkeypatch.setattr(command, "parse", _interrupted_at(4))
-    content = document(capsys, ["fly", "crossing", "--rounds", "30"], 0)
-    assert _timeless(content) == _timeless(whole)
-    assert main(["fly", "crossing", "--rounds", "30"]) == 0
+    content = document(capsys, ["fly", "crossing", "--rounds", "30"], 3)
+    told = {"interrupted": True, "stopped": "interrupted after 4 of 30 rounds"}
+    assert _timeless(content) == {**_timeless(whole), **told}
+    assert main(["fly", "crossing", "--rounds", "30"]) == 3
     said = " ".join(capsys.readouterr().out.split())
     assert "interrupted after 4 of 30 rounds; what follows is about these" in said
     assert "This flight only: 4 rounds" in said

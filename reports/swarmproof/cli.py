@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import sys
 from collections.abc import Sequence
+from difflib import get_close_matches
 from importlib.metadata import version
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from swarmproof.commands import audit, claims, fly, margin, replay, reproduce, verify
 from swarmproof.semantics.switches import BadInput
@@ -16,11 +18,61 @@ BAD_INPUT = 2
 INTERRUPTED = 130
 
 
+#: Of each option with a value, a value that is right; of each command, what can stand behind it.
+EXAMPLES: dict[str, str] = {
+    "--uavs": "3",
+    "--cus": "2",
+    "--semantics": "guarded",
+    "--set": "v_max=1",
+    "--claim": "lemma-3",
+    "--json": "out.json",
+    "--report": "out",
+    "--max-states": "100000",
+    "--max-seconds": "60",
+    "--trigger": "HT",
+    "--loss": "iid:0.1",
+    "--seed": "1",
+    "--rounds": "60",
+    "--positions": "flight.csv",
+    "--d-min": "0.12",
+    "--tracking-error": "0.01",
+    "--reading": "whole-motion",
+    "--certificate": "margin.json",
+    "--plot": "worst.svg",
+    "--solve-for": "T_c",
+    "--check": "margin.json",
+    "--sweep": "T_c=0.05:0.1",
+    "--changes": "1",
+    "--results": "out/results",
+    "--processes": "2",
+    "--cell": "0123456789abcdef",
+    "SCENARIO": "crossing",
+    "TRACE": "out/lemma-1.trace.json",
+    "EXPERIMENT": "fig4",
+    "COMMAND": "verify",
+}
+
+
 class _Parser(argparse.ArgumentParser):
-    """A parser whose complaints are one sentence."""
+    """A parser whose complaints are one sentence, with an example, and name the help of the command."""
 
     def error(self, message: str) -> NoReturn:
+        missing = re.search(r"(?:argument (--[\w-]+): expected|arguments are required: (\w+))", message)
+        if missing is not None:
+            option, positional = missing.groups()
+            example = EXAMPLES.get(option or positional)
+            if example is not None:
+                message += f", such as {option} {example}" if option else f", such as {example}"
         raise BadInput(f"{message} (`{self.prog} --help` lists what can be given)")
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
+        """Refuse here what is not known: else the program's parser would, which does not know the command's options."""
+        known, rest = super().parse_known_args(args, namespace)
+        if rest:
+            options = [name for name in self._option_string_actions if name.startswith("--")]
+            near = get_close_matches(rest[0].partition("=")[0], options, n=1)
+            self.error(f"unrecognized arguments: {' '.join(rest)}{f', did you mean {near[0]}?' if near else ''}")
+        return known, rest
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -91,6 +91,11 @@ def violated(claims: Iterable[Judged | Decided]) -> set[str]:
     return {judged.claim.id for judged in claims if judged.verdict == "violated"}
 
 
+def undecided(claims: Iterable[Judged | Decided]) -> set[str]:
+    """Return the ids of the undecided claims."""
+    return {judged.claim.id for judged in claims if judged.verdict == "undecided"}
+
+
 def scenario(starts: Sequence[Point], targets: Mapping[int, Sequence[Point]], *changes: str) -> Scenario:
     """Return a scenario with these starts, targets by round, and changes of parameters; all else is the crossing's."""
     moves = tuple(TargetChange(k, tuple(points)) for k, points in sorted(targets.items()))

@@ -8,7 +8,7 @@
 | it keeps half of d̂_min | tracked-separation, theorem-2; corollary-1 (two CUs) or lemma-3 (one) |
 | it takes the plane close to j for a j that is planned, too | tracked-separation, corollary-1, theorem-2, eq-2 |
 | it takes the plane midway for every j | none: that plane is the stricter one wherever ‖n_ij‖ ≥ d̂_min |
-| it gives up; it says that there is no solution | theorem-1 |
+| it gives up; it says that there is no solution | none: theorem-1 is undecided |
 | it lets out what breaks a bound of (13) | theorem-1, the next time |
 | it never moves a UAV | arrives |
 | a UAV follows the trajectory of another one | lemma-1, theorem-2, eq-2 |
@@ -27,7 +27,7 @@ from math import sqrt
 
 import pytest
 from tests.flight import oracle
-from tests.flight.flights import Buggy, Recording, Tamper, planner_of, record, recorded, scenario, violated
+from tests.flight.flights import Buggy, Recording, Tamper, planner_of, record, recorded, scenario, undecided, violated
 from tests.flight.settings import flown, limits, setting
 
 from swarmproof.assess.judge import PATIENCE, FlightVerdict
@@ -172,6 +172,7 @@ class Case:
 
     Attributes:
         violated: the claims that it must violate.
+        undecided: the claims that it must leave undecided.
         spared: claims that it must not violate: the bug is no matter of theirs.
         plans: makes the planner.
         tamper: changes rounds.
@@ -189,6 +190,7 @@ class Case:
     plans: Callable[[Setting], Plans] = planner_of
     tamper: Tamper | None = None
     patch: Callable[[pytest.MonkeyPatch], None] = as_it_is
+    undecided: tuple[str, ...] = ()
 
     def setting(self) -> Setting:
         """Return what is flown."""
@@ -209,8 +211,8 @@ CASES = {
     "half the distance, one CU": Case(_APART | {"lemma-3"}, "crossing", 1, plans=_plans_with("d_hat_min=0.125")),
     "half the distance": Case(_APART | {"corollary-1"}, "crossing", 2, plans=_plans_with("d_hat_min=0.125")),
     "never midway": Case(_APART | {"corollary-1", "eq-2"}, "crossing", 2, plans=_alters(never_midway)),
-    "gives up": Case({"theorem-1"}, "crossing", 2, spared=tuple(_APART), plans=_alters(gives_up)),
-    "calls it infeasible": Case({"theorem-1"}, "crossing", 2, spared=tuple(_APART), plans=_alters(calls_it_infeasible)),
+    "gives up": Case(set(), "crossing", 2, plans=_alters(gives_up), undecided=("theorem-1",)),
+    "calls it infeasible": Case(set(), "crossing", 2, plans=_alters(calls_it_infeasible), undecided=("theorem-1",)),
     "too fast": Case({"theorem-1"}, "crossing", 1, spared=(*_APART, "lemma-3"), plans=_plans_too_fast),
     "never moves": Case({"arrives"}, "crossing", 1, rounds=104, spared=tuple(_APART), plans=_alters(never_moves)),
     "follows another": Case(
@@ -239,9 +241,11 @@ def test_planted_bugs_are_caught(name: str, monkeypatch: pytest.MonkeyPatch) -> 
     case = CASES[name]
     case.patch(monkeypatch)
     what = case.setting()
-    found = violated(record(what, case.loss, case.rounds, case.plans(what), case.tamper).flown.claims)
+    claims = record(what, case.loss, case.rounds, case.plans(what), case.tamper).flown.claims
+    found = violated(claims)
     assert found >= case.violated
     assert not found & set(case.spared)
+    assert undecided(claims) == set(case.undecided)
 
 
 @pytest.mark.parametrize("name", [name for name, case in CASES.items() if case.semantics == "guarded"])
@@ -369,12 +373,14 @@ def test_every_claim_is_judged_once(what: What) -> None:
             assert one.times >= 1
         else:
             assert (one.rounds, one.lost, one.times, one.chain) == (None, None, 0, ())
-            assert (one.verdict is FlightVerdict.NOT_APPLICABLE) == (one.claim.id == "eq-2-actual") == bool(one.why)
+            assert one.place is None
+            assert (one.verdict is FlightVerdict.NOT_APPLICABLE) == bool(one.why) == (one.instances == 0)
+            assert one.verdict is FlightVerdict.NOT_APPLICABLE or one.claim.id != "eq-2-actual"
 
 
 def test_one_flight_proves_nothing() -> None:
     """There is no verdict with which a single flight could say that a claim holds."""
-    assert [verdict.value for verdict in FlightVerdict] == ["violated", "not-violated", "not-applicable"]
+    assert [one.value for one in FlightVerdict] == ["violated", "not-violated", "undecided", "not-applicable"]
 
 
 def test_a_violation_says_when_it_was_first_seen() -> None:
@@ -382,7 +388,8 @@ def test_a_violation_says_when_it_was_first_seen() -> None:
     flying = setting("crossing", 2)
 
     def late(plans: Plans, task: Task) -> Planned:
-        return gives_up(plans, task) if task.k >= 3 else plans.plan(task)
+        planned = plans.plan(task)
+        return replace(gives_up(plans, task), feasible=False) if task.k >= 3 else planned
 
     recording = record(flying, "iid:0.2", 20, Buggy(planner_of(flying), late))
     (judged,) = (one for one in recording.flown.claims if one.claim.id == "theorem-1")
@@ -396,7 +403,37 @@ def test_a_violation_says_when_it_was_first_seen() -> None:
     seen = [round_ for round_ in recording.rounds if round_.before.k < broken[0]]
     assert judged.lost == sum(got.lost for round_ in seen for got in (*round_.at_cus, *round_.at_uavs)) > 0
     assert judged.why.startswith("CU ")
-    assert "no time" in judged.why
+    assert "breaks (13)" in judged.why
+    assert judged.place is not None
+    assert judged.place.round == broken[0] - 1
+
+
+def test_a_planner_without_plans_is_a_limit_of_ours() -> None:
+    """It is said of how many feasible problems no plan came out, of which first, and why; some plans are no excuse."""
+    flying = setting("crossing", 2)
+
+    def late(plans: Plans, task: Task) -> Planned:
+        return gives_up(plans, task) if task.k >= 10 else plans.plan(task)
+
+    recording = record(flying, "none", 15, Buggy(planner_of(flying), late))
+    flown = recording.flown
+    tried = [
+        (round_.before.k, w, one.task.i, one.planned.plan is None)
+        for round_ in recording.rounds
+        for w, one in enumerate(round_.computed.attempts)
+        if one is not None
+    ]
+    unsolved = [one for one in tried if one[-1]]
+    (k, w, i, _) = unsolved[0]
+    assert 0 < len(unsolved) < len(tried)
+    (judged,) = (one for one in flown.claims if one.claim.id == "theorem-1")
+    assert judged.verdict is FlightVerdict.UNDECIDED
+    assert flown.undecided
+    assert not flown.violated
+    said = (
+        f"our planner found no plan in {len(unsolved)} of {len(tried)} feasible problems (first in round {k}, CU {w} "
+    )
+    assert judged.why == f"{said}for UAV {i}: no time)"
 
 
 # Arrival

@@ -199,7 +199,7 @@ def test_what_is_said_names_the_fault() -> None:
     assert "by 0.01 m" in scope
     assert "keep 0.23 m at samples" in scope
     assert f"did not satisfy {result.qps.unsatisfied} of 120 optimization problems" in scope
-    content = json.loads(flight_words.document(what, result, 1.0))
+    content = json.loads(flight_words.document(what, "none", result, 1.0))
     assert content["tolerance"] == {
         "full": 0.01,
         "halfway": 0.01,
@@ -210,7 +210,7 @@ def test_what_is_said_names_the_fault() -> None:
     assert any("as (13f) demands, but for the tolerance" in line for line in chain)
     plain = setting("circle", 3)
     assert "tolerance" not in flight_words.headline(plain, result) + flight_words.scope(plain, "none", result)
-    assert "tolerance" not in json.loads(flight_words.document(plain, result, 1.0))
+    assert "tolerance" not in json.loads(flight_words.document(plain, "none", result, 1.0))
 
 
 def test_the_command_flies_it(capsys: pytest.CaptureFixture[str]) -> None:

@@ -153,7 +153,9 @@ class _Search:
         losses = tuple(self.flights.losses(best.missed.get(k, ())) for k in range(last + 1))
         begin = f"Not finished: {stopped}. " if stopped else ""
         budget = f" of {self._budget}" if stopped else ""
-        end = "has these losses:" if best.pattern else "has no losses."
+        end = "has these losses:"
+        if not best.pattern:
+            end = "has no losses: no pattern was found that brings UAVs closer, which says nothing of those not tried."
         far = f"{best.distance:.4f} m in round {best.nearest}"
         words = [f"{begin}Flights tried: {self.evaluated}{budget}. The closest approach, {far}, {end}"]
         words += [self.flights.in_words(loss) for loss in best.pattern]

@@ -20,8 +20,10 @@ import numpy as np
 from swarmproof.adapters.mlr import observe
 from swarmproof.assess.between import at_least, closest
 from swarmproof.assess.chain import explain
+from swarmproof.assess.instances import Instances
 from swarmproof.assess.judge import Counts, Smallest, where
-from swarmproof.assess.observing import View, observe_round, reference_pieces
+from swarmproof.assess.observing import View, observe_round, reference_pieces, underway
+from swarmproof.assess.places import Place
 from swarmproof.assess.remember import Remembering
 from swarmproof.assess.run import Setting
 from swarmproof.claims.flight import FLIGHT_CLAIMS, Approach, Dip, FlightClaim, ObservedFlight, references_apart
@@ -46,6 +48,8 @@ class Verdict(StrEnum):
     HOLDS = "holds-for-these-rounds"
     VIOLATED = "violated"
     UNDECIDED = "undecided"
+    #: No pattern of these rounds has anything that it speaks of.
+    NOT_APPLICABLE = "not-applicable"
 
 
 @dataclass(frozen=True)
@@ -53,11 +57,13 @@ class Decided:
     """A claim after all patterns.
 
     Attributes:
-        why: the first place where it is broken, or why it is undecided; empty if it holds.
+        why: the first place where it is broken, or why it is undecided or not applicable; empty if it holds.
         rounds: complete rounds before the first violation.
         lost: messages lost until then.
         cause: these rounds.
         chain: how it came about, a sentence each, where it is about two trajectories.
+        instances: how often the rounds flown, and the swarms after them, had something that it speaks of.
+        place: where it is broken first; None if it is not.
     """
 
     claim: Claim | FlightClaim
@@ -67,6 +73,8 @@ class Decided:
     lost: int | None = None
     cause: tuple[Round, ...] = ()
     chain: tuple[str, ...] = ()
+    instances: int = 0
+    place: Place | None = None
 
 
 @dataclass(frozen=True)
@@ -120,6 +128,11 @@ class Exhaustive:
         """Whether some claim is violated."""
         return any(decided.verdict is Verdict.VIOLATED for decided in self.claims)
 
+    @property
+    def undecided(self) -> bool:
+        """Whether some claim is undecided, or a part of the patterns was not flown."""
+        return self.stopped is not None or any(decided.verdict is Verdict.UNDECIDED for decided in self.claims)
+
 
 @dataclass(eq=False)
 class _Reached:
@@ -156,9 +169,12 @@ class _Search:
         self._flight = setting.flight(self._planner)
         self._lattice = self._flight.lattice
         self._protocol = [c for c in CLAIMS if c.kind is Kind.SAFETY and c.applies_to(setting.semantics)]
-        self._broken: dict[str, tuple[_Reached, Broken, Approach | None]] = {}
+        self._broken: dict[str, tuple[_Reached, Broken, Approach | Dip | None]] = {}
         self._sampled, self._tracked = Smallest(), Smallest()
-        self._undecided = False
+        self._instances = Instances(self._protocol)
+        #: the closest approach of references that is too close to d_min to tell, and in how many swarms some moved
+        self._close: Dip | None = None
+        self._underway = 0
         self.found = Exhaustive()
 
     def run(self, rounds: int, tell: Callable[[int, int, int], None]) -> Exhaustive:
@@ -210,6 +226,7 @@ class _Search:
     def _look_at_protocol(self, following: Iterable[_Reached]) -> None:
         for known in following:
             seen = observe(known.state.swarm)
+            self._instances.see_swarm(seen)
             for protocol_claim in self._protocol:
                 self._note(protocol_claim.id, known, protocol_claim.broken_in(seen))
 
@@ -235,7 +252,9 @@ class _Search:
                     self._note(claim.id, this, claim.in_round(observed), claim.approach and claim.approach(observed))
             self._check_limits(len(following))
 
-    def _note(self, claim: str, reached: _Reached, broken: list[Broken], approach: Approach | None = None) -> None:
+    def _note(
+        self, claim: str, reached: _Reached, broken: list[Broken], approach: Approach | Dip | None = None
+    ) -> None:
         if not broken:
             return
         known = self._broken.get(claim)
@@ -250,6 +269,7 @@ class _Search:
         for n, some in enumerate(_chunks(level, 512)):
             if n:
                 self._check_limits(0)
+            self._underway += sum(underway(reached.state) > 0 for reached in some)
             pieces = np.concatenate([reference_pieces(self._lattice, reached.state) for reached in some])
             found = closest(pieces)
             lower = sqrt(max(found.lower, 0.0)) * unit * (1 - 2.0**-50)
@@ -262,8 +282,9 @@ class _Search:
                 nearest = closest(own)
                 where = (reached.state.k * len(own) + nearest.step + nearest.fraction) * step
                 dip = Dip(sqrt(max(nearest.lower, 0.0)) * unit * (1 - 2.0**-50), decided, nearest.pair, where)
-                self._undecided |= decided is None
-                self._note("eq-2", reached, references_apart(ObservedFlight(distance, dip, None, 0.0, 0.0, ())))
+                if decided is None:
+                    self._close = self._close or dip
+                self._note("eq-2", reached, references_apart(self._whole(dip)), dip)
 
     def _finish(self, seconds: float) -> Exhaustive:
         found = self.found
@@ -276,20 +297,37 @@ class _Search:
 
     def _decided(self, claim: Claim | FlightClaim) -> Decided:
         broken = self._broken.get(claim.id)
+        whole = self._whole()
+        instances = self._instances.number(claim, whole)
         if broken is not None:
             reached, first, approach = broken
             why = where(first) + first.why
             cause = reached.rounds()
-            chain = () if approach is None else tuple(explain(self._lattice, cause, approach, self._flight.origin))
-            return Decided(claim, Verdict.VIOLATED, why, reached.state.k, reached.lost, cause, chain)
-        if claim.id == "eq-2" and self._undecided:
-            return Decided(claim, Verdict.UNDECIDED, "too close to d_min to tell")
+            chain = (
+                tuple(explain(self._lattice, cause, approach, self._flight.origin))
+                if isinstance(approach, Approach)
+                else ()
+            )
+            place = Place.of(self._lattice, reached.state.k - 1, first, approach)
+            return Decided(
+                claim, Verdict.VIOLATED, why, reached.state.k, reached.lost, cause, chain, max(instances, 1), place
+            )
+        if why := self._instances.left_open(claim, whole):
+            return Decided(claim, Verdict.UNDECIDED, why, instances=instances)
         if self.found.stopped is not None:
             complete = len(self.found.patterns)
             until = "round" if complete == 1 else f"{complete} rounds"
-            whole = f"; holds for the first {until}" if complete else ""
-            return Decided(claim, Verdict.UNDECIDED, self.found.stopped + whole)
-        return Decided(claim, Verdict.HOLDS, "")
+            holds = f"; holds for the first {until}" if complete and instances else ""
+            return Decided(claim, Verdict.UNDECIDED, self.found.stopped + holds, instances=instances)
+        if why := self._instances.not_about(claim, whole):
+            return Decided(claim, Verdict.NOT_APPLICABLE, why, instances=instances)
+        return Decided(claim, Verdict.HOLDS, "", instances=instances)
+
+    def _whole(self, references: Dip | None = None) -> ObservedFlight:
+        """Return what is to be said of all flights as one, of which `references` is the closest approach."""
+        far = Dip(self.found.continuous_lower, True, (0, 0), 0.0)
+        distance = self._flight.scenario.parameters.d_min
+        return ObservedFlight(distance, references or self._close or far, None, 0.0, 0.0, (), self._underway)
 
 
 class _Stopped(Exception):

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from fractions import Fraction
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 
 from swarmproof.adapters.mlr import observe
 from swarmproof.assess.chain import explain
+from swarmproof.assess.instances import Instances
 from swarmproof.assess.observing import View, distances_to_targets, observe_round, reference_pieces
+from swarmproof.assess.places import Place, round_of
 from swarmproof.assess.separation import Separation
 from swarmproof.claims.flight import (
     FLIGHT_CLAIMS,
@@ -43,7 +46,18 @@ class FlightVerdict(StrEnum):
 
     VIOLATED = "violated"
     NOT_VIOLATED = "not-violated"
+    #: A limit of ours (a planner that gives up, a bound that is not tight enough) left it open.
+    UNDECIDED = "undecided"
+    #: Its assumption failed, or the flight had nothing that it speaks of.
     NOT_APPLICABLE = "not-applicable"
+
+
+class Adoption(NamedTuple):
+    """In round `round`, UAV `uav` adopted a new trajectory, which CU `cu` had planned in it."""
+
+    round: int
+    uav: int
+    cu: int
 
 
 @dataclass(frozen=True)
@@ -51,11 +65,13 @@ class Judged:
     """A claim after a flight.
 
     Attributes:
-        why: the first place where it is broken, or why it does not apply; else empty.
+        why: the first place where it is broken, or why it does not apply or is not decided; else empty.
         rounds: complete rounds before the first violation.
         lost: messages lost before it.
         times: in how many rounds it was broken.
         chain: how the first violation came about, a sentence each, where it is about two trajectories.
+        instances: how often the flight had something that it speaks of (see `docs/flying.md`).
+        place: where it is broken first; None if it is not.
     """
 
     claim: Claim | FlightClaim
@@ -65,6 +81,8 @@ class Judged:
     lost: int | None = None
     times: int = 0
     chain: tuple[str, ...] = ()
+    instances: int = 0
+    place: Place | None = None
 
 
 @dataclass
@@ -73,6 +91,7 @@ class _Tally:
     lost: int
     first: Broken
     chain: tuple[str, ...]
+    place: Place
     times: int = 0
 
 
@@ -111,6 +130,9 @@ class Flown:
             arrived still make room for others: Appendix B's soft constraint may move them by some centimetres.)
         rounds_to_arrival: rounds from that change until then; None if not.
         lost: messages lost.
+        last_adoption: the last new trajectory that a UAV adopted (of several in one round, the lowest UAV); None if
+            none did.
+        stopped: why the flight ended before the round that was asked for; None if it did not.
     """
 
     rounds: int
@@ -124,11 +146,18 @@ class Flown:
     rounds_to_arrival: int | None
     lost: int
     claims: tuple[Judged, ...]
+    last_adoption: Adoption | None = None
+    stopped: str | None = None
 
     @property
     def violated(self) -> bool:
         """Whether some claim is violated."""
         return any(judged.verdict is FlightVerdict.VIOLATED for judged in self.claims)
+
+    @property
+    def undecided(self) -> bool:
+        """Whether some claim is undecided, or a part of the flight was not flown."""
+        return self.stopped is not None or any(judged.verdict is FlightVerdict.UNDECIDED for judged in self.claims)
 
 
 def where(broken: Broken) -> str:
@@ -146,6 +175,7 @@ class Judge:
         self._lattice = flight.lattice
         self._tallies: dict[str, _Tally] = {}
         self._protocol = [c for c in CLAIMS if c.kind is Kind.SAFETY and c.applies_to(flight.semantics)]
+        self._instances = Instances(self._protocol)
         self._recent: deque[Round] = deque(maxlen=REMEMBERED)
         self._view = View.of(flight.lattice, start)
         self._references = Separation(flight.lattice, flight.scenario.parameters.d_min)
@@ -156,10 +186,12 @@ class Judge:
         self._qps = Counts()
         self._lost = 0
         self._rounds = 0
+        self._underway = 0
         self._change = 0
         self._adopted = 0
         self._arrived_at: int | None = None
         self._late: list[int] = []
+        self._last_adoption: Adoption | None = None
 
     def see(self, flown: Round) -> None:
         """Look at one more round."""
@@ -170,10 +202,13 @@ class Judge:
         for attempt in flown.computed.attempts:
             if attempt is not None:
                 self._qps.count(attempt.planned)
+        self._instances.see(observed)
+        self._underway += bool(observed.underway)
         for claim in FLIGHT_CLAIMS:
             if claim.in_round is not None:
                 self._tally(claim.id, after, claim.in_round(observed), claim.approach and claim.approach(observed))
         seen = observe(flown.after.swarm)
+        self._instances.see_swarm(seen)
         for protocol_claim in self._protocol:
             self._tally(protocol_claim.id, after, protocol_claim.broken_in(seen))
         self._sampled.take(observed.flown)
@@ -196,11 +231,13 @@ class Judge:
             self._adopted / scenario.uavs,
             PATIENCE,
             self._late if self._arrived_at is None else (),
+            self._underway,
         )
         for claim in FLIGHT_CLAIMS:
             if claim.in_flight is not None:
+                dip = {"eq-2": references, "eq-2-actual": whole.actual}.get(claim.id)
                 at = self._references_at(references) if claim.id == "eq-2" else None
-                self._tally(claim.id, self._rounds, claim.in_flight(whole), at)
+                self._tally(claim.id, self._rounds, claim.in_flight(whole), at, dip)
         asked: list[Claim | FlightClaim] = [*self._protocol, *FLIGHT_CLAIMS]
         arrived_after = None if self._arrived_at is None else self._arrived_at - self._change
         return Flown(
@@ -215,11 +252,12 @@ class Judge:
             arrived_after,
             self._lost,
             tuple(self._judged(claim, whole) for claim in asked),
+            self._last_adoption,
         )
 
     def _references_at(self, dip: Dip) -> Approach | None:
         """Return whose references come so close in `dip`; None if that round is forgotten."""
-        k = int(dip.time / float(self._lattice.parameters.T_s))
+        k = round_of(self._lattice, dip)
         for flown in self._recent:
             if flown.before.k == k:
                 uavs = flown.before.swarm.uavs
@@ -228,24 +266,31 @@ class Judge:
         return None
 
     def _judged(self, claim: Claim | FlightClaim, whole: ObservedFlight) -> Judged:
-        if claim.id == "eq-2-actual" and whole.actual is None:
-            return Judged(claim, FlightVerdict.NOT_APPLICABLE, "the UAVs follow their references exactly")
+        instances = self._instances.number(claim, whole)
         tally = self._tallies.get(claim.id)
-        if tally is None:
-            return Judged(claim, FlightVerdict.NOT_VIOLATED, "")
-        cus = where(tally.first)
-        return Judged(
-            claim, FlightVerdict.VIOLATED, cus + tally.first.why, tally.rounds, tally.lost, tally.times, tally.chain
-        )
+        if tally is not None:
+            why = where(tally.first) + tally.first.why
+            judged = Judged(claim, FlightVerdict.VIOLATED, why, tally.rounds, tally.lost, tally.times, tally.chain)
+            # what is broken is an instance, whatever was assumed
+            return replace(judged, instances=max(instances, 1), place=tally.place)
+        verdict, why = FlightVerdict.NOT_VIOLATED, ""
+        if why := self._instances.not_about(claim, whole):
+            verdict = FlightVerdict.NOT_APPLICABLE
+        elif why := self._instances.left_open(claim, whole):
+            verdict = FlightVerdict.UNDECIDED
+        return Judged(claim, verdict, why, instances=instances)
 
-    def _tally(self, claim: str, rounds: int, broken: list[Broken], approach: Approach | None = None) -> None:
+    def _tally(
+        self, claim: str, rounds: int, broken: list[Broken], approach: Approach | None = None, dip: Dip | None = None
+    ) -> None:
         if not broken:
             return
         if claim not in self._tallies:
             chain = (
                 () if approach is None else tuple(explain(self._lattice, self._recent, approach, self._flight.origin))
             )
-            self._tallies[claim] = _Tally(rounds, self._lost, broken[0], chain)
+            place = Place.of(self._lattice, rounds - 1, broken[0], approach if dip is None else dip)
+            self._tallies[claim] = _Tally(rounds, self._lost, broken[0], chain, place)
         self._tallies[claim].times += 1
 
     def _look_for_arrival(self, flown: Round) -> None:
@@ -255,8 +300,13 @@ class Judge:
         change = scenario.target_change_before(after.k - 1)
         if change != self._change:
             self._change, self._arrived_at, self._adopted = change, None, 0
-        for old, new in zip(flown.before.swarm.uavs, after.swarm.uavs, strict=True):
-            self._adopted += old.followed != new.followed
+        adopted = [
+            Adoption(flown.before.k, new.i, new.followed.metadata.cu)
+            for old, new in zip(flown.before.swarm.uavs, after.swarm.uavs, strict=True)
+            if old.followed != new.followed
+        ]
+        self._adopted += len(adopted)
+        self._last_adoption = adopted[0] if adopted else self._last_adoption
         distances = distances_to_targets(scenario, self._lattice, flown)
         self._late = [int(i) for i in np.flatnonzero(distances > ARRIVED)]
         if not self._late and self._arrived_at is None:

@@ -72,8 +72,14 @@ def observe_round(lattice: Lattice, before: View, flown: Round) -> tuple[Observe
         none_new_after=after.unplanned(planned_uavs),
         flown=closest_references(lattice, flown.before),
         attempts=attempts,
+        underway=underway(flown.before),
     )
     return observed, after
+
+
+def underway(state: FlightState) -> int:
+    """Return how many UAVs follow a trajectory that was planned; the others hover at their starts."""
+    return sum(uav.followed.metadata.round >= 0 for uav in state.swarm.uavs)
 
 
 def _both_new(candidates: Candidates | None, flown: Round, new: Mapping[Name, Plan]) -> Approach | None:

@@ -96,13 +96,11 @@ def fly(
         flight: `setting.flight()`, if it exists already: its planner may remember.
     """
     flight = setting.flight() if flight is None else flight
-    bound = setting.scenario.parameters.tracking_error
-    uavs = setting.scenario.uavs
-    tracking = TrackingError(flight.lattice, bound, uavs, setting.seed) if bound else None
     state = flight.initial()
-    judge = Judge(flight, state, tracking)
+    judge = Judge(flight, state, tracking_of(setting, flight))
     begin = time.perf_counter()
     seen = 0
+    stopped = None
     try:
         for flown in flight.rounds(state, losses, rounds):
             judge.see(flown)
@@ -112,8 +110,15 @@ def fly(
     except KeyboardInterrupt:
         if not seen:
             raise
-    result = judge.finish()
+        stopped = f"interrupted after {seen} of {rounds} rounds"
+    result = replace(judge.finish(), stopped=stopped)
     return result, time.perf_counter() - begin
+
+
+def tracking_of(setting: Setting, flight: Flight) -> TrackingError | None:
+    """Return how the UAVs stray from their references, the same each time; None if they follow them exactly."""
+    bound = setting.scenario.parameters.tracking_error
+    return TrackingError(flight.lattice, bound, setting.scenario.uavs, setting.seed) if bound else None
 
 
 def _split(texts: Iterable[str]) -> tuple[list[str], list[str]]:

@@ -164,6 +164,8 @@ def _decide_unless_interrupted(claim: Claim, scope: Scope, exploration: Explorat
 def _decide(claim: Claim, scope: Scope, exploration: Exploration, watch: Watch) -> Decided:
     if not claim.applies_to(scope.semantics):
         return Decided(claim, Verdict.NOT_APPLICABLE, "it speaks of the selection of event_trigger=round-robin")
+    if scope.cus < claim.least_cus:
+        return Decided(claim, Verdict.NOT_APPLICABLE, f"it speaks of {claim.least_cus} CUs, and there is one")
     if claim.kind is Kind.RECOVERY:
         return _decide_recovery(claim, scope, exploration)
     undecided = Decided(claim, Verdict.UNDECIDED, f"the exploration stopped early: {exploration.stopped}")

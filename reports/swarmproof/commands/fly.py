@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from rich.console import Console
 from rich.markup import escape
@@ -16,6 +16,7 @@ from swarmproof.assess.adversary import Worst, parse_budget, search
 from swarmproof.assess.exhaustive import Decided, explore_flights, parse_rounds
 from swarmproof.assess.judge import Judged
 from swarmproof.assess.log import Log
+from swarmproof.assess.positions import Positions
 from swarmproof.assess.run import Setting, fly
 from swarmproof.channel.grammar import COMBINED, FORMS, Loss, parse
 from swarmproof.channel.losses import LossModel, Recorded
@@ -26,6 +27,7 @@ from swarmproof.flight.state import Round
 from swarmproof.planning.trigger import Trigger
 from swarmproof.report import flight_page, flight_words
 from swarmproof.report.flight_patterns import write_patterns
+from swarmproof.report.flight_positions import check_format, write_positions
 from swarmproof.report.folder import claim_file, claim_folder
 from swarmproof.scenario.scenario import SHIPPED
 from swarmproof.semantics.switches import PRESETS, BadInput
@@ -49,7 +51,8 @@ def add_parser(commands: Any) -> None:
         "fly",
         help="fly a scenario with planned trajectories under message loss, and check every claim on the way",
         description="Fly a scenario: the protocol with real trajectories, planned by (13) and checked exactly.",
-        epilog=_loss_help() + "\n\nExit codes: 0 nothing violated, 1 something violated, 2 bad input, 3 undecided.",
+        epilog=_loss_help()
+        + "\n\nExit codes: 0 nothing violated, 1 something violated, 2 bad input, 3 something undecided, or stopped.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
@@ -76,6 +79,9 @@ def add_parser(commands: Any) -> None:
     )
     add_limits(parser, states="swarms (--loss exhaustive)")
     parser.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard output")
+    parser.add_argument(
+        "--positions", metavar="FILE", help="write all positions at multiples of T_c (.csv), with all plans (.json)"
+    )
     parser.add_argument("--report", metavar="DIR", help="write a page with pictures into this folder")
 
 
@@ -104,6 +110,11 @@ def run(options: argparse.Namespace) -> int:
     if kind == "exhaustive":
         if options.rounds is not None:
             raise BadInput("--rounds does not go with --loss exhaustive:ROUNDS, which says how many rounds are flown")
+        if options.positions is not None:
+            raise BadInput(
+                "--positions goes with one flight, not with --loss exhaustive:ROUNDS: fly the losses that --report "
+                "writes, such as --loss script:DIR/theorem-2.losses.json"
+            )
         of_all = parse_rounds(argument)
         folder = _claim(options)
         return _every_pattern(setting, of_all, limits, options, folder, console)
@@ -149,6 +160,9 @@ def _claim(options: argparse.Namespace) -> Path | None:
     """Make sure that what is to be written can be, before anything is computed; return the report's folder."""
     if options.json not in (None, "-"):
         claim_file(Path(options.json))
+    if options.positions is not None:
+        check_format(Path(options.positions))
+        claim_file(Path(options.positions))
     if options.report is None:
         return None
     flight_page.check_available()
@@ -160,27 +174,32 @@ def _one_flight(
 ) -> int:
     flight = setting.flight()
     log = Log(flight)
+    positions = None if options.positions is None else Positions(setting, flight)
     with _bar("rounds") as bar:
         task = bar.add_task("", total=rounds)
 
         def watch(flown: Round) -> None:
             if folder is not None:
                 log.see(flown)
+            if positions is not None:
+                positions.see(flown)
             if flown.after.k % 5 == 0:
                 bar.update(task, completed=flown.after.k)
 
         flown, seconds = fly(setting, losses, rounds, watch, flight)
-    if flown.rounds < rounds:
-        console.print(f"interrupted after {flown.rounds} of {rounds} rounds; what follows is about these")
+    if flown.stopped is not None:
+        console.print(f"{flown.stopped}; what follows is about these")
     if folder is not None:
         flight_page.write_flight(folder, setting, options.loss, flown, log)
-    write_json(options.json, flight_words.document(setting, flown, seconds))
+    if positions is not None:
+        write_positions(Path(options.positions), setting, positions)
+    write_json(options.json, flight_words.document(setting, options.loss, flown, seconds))
     idle = losses.without_effect(flown.rounds, flown.lost) if isinstance(losses, Loss) else []
     _print(console, flight_words.headline(setting, flown), flown.claims)
     for line in [*flight_words.summary(flown), *idle]:
         console.print(escape(line), soft_wrap=True)
     console.print(flight_words.scope(setting, options.loss, flown), style="bright_black", soft_wrap=True)
-    return 1 if flown.violated else 0
+    return 1 if flown.violated else UNDECIDED if flown.undecided else 0
 
 
 def _every_pattern(
@@ -206,7 +225,7 @@ def _every_pattern(
     for line in flight_words.patterns_summary(found):
         console.print(escape(line), soft_wrap=True)
     console.print(flight_words.patterns_scope(setting, rounds, found), style="bright_black", soft_wrap=True)
-    return 1 if found.violated else UNDECIDED if found.stopped is not None else 0
+    return 1 if found.violated else UNDECIDED if found.undecided else 0
 
 
 def _search(setting: Setting, rounds: int, budget: int, limits: Limits) -> Worst:
@@ -235,10 +254,12 @@ def _bar(unit: str) -> Progress:
 def _print(console: Console, headline: str, claims: Iterable[Judged | Decided]) -> None:
     console.print(f"[bold]{escape(headline)}[/bold]", soft_wrap=True)
     table = Table(box=None, padding=(0, 2))
-    for heading in ("claim", "verdict", "why"):
-        table.add_column(heading, overflow="fold", no_wrap=heading != "why")
+    for heading in ("claim", "verdict", "seen", "why"):
+        justify: Literal["left", "right"] = "right" if heading == "seen" else "left"
+        table.add_column(heading, overflow="fold", no_wrap=heading != "why", justify=justify)
     for judged in claims:
-        table.add_row(judged.claim.id, f"[{_COLOURS[judged.verdict]}]{judged.verdict}[/]", escape(judged.why))
+        verdict = f"[{_COLOURS[judged.verdict]}]{judged.verdict}[/]"
+        table.add_row(judged.claim.id, verdict, str(judged.instances), escape(judged.why))
     console.print(table)
     first = next((judged for judged in claims if judged.chain), None)
     if first is not None:

@@ -23,11 +23,16 @@ from swarmproof.margin.sweep import Axis, file_name, problems, sweep, write
 from swarmproof.report import margin_plot, margin_words
 from swarmproof.report.folder import claim_file, claim_folder
 from swarmproof.semantics.switches import BadInput
-from swarmproof.theorem3.inequality import Truth, corrected, printed
+from swarmproof.theorem3.inequality import Truth, corrected
 from swarmproof.theorem3.parameters import Parameters, Reading
 
 _CODES = {Truth.HOLDS: 0, Truth.FAILS: 1, Truth.UNDECIDED: 3}
-_COLOURS = {Truth.HOLDS: "green", Truth.FAILS: "red", Truth.UNDECIDED: "yellow"}
+_COLOURS: dict[str, str] = {
+    Truth.HOLDS: "green",
+    Truth.FAILS: "red",
+    Truth.UNDECIDED: "yellow",
+    margin_words.NOT_APPLICABLE: "yellow",
+}
 
 
 def add_parser(commands: Any) -> None:
@@ -36,7 +41,8 @@ def add_parser(commands: Any) -> None:
         "margin",
         help="compute Δd_min,cont with a certificate, and what Theorem 3 then guarantees",
         description="How far two reference trajectories can dip below d̂_min between two samples, certified.",
-        epilog="Exit codes: 0 the corrected inequality (26) holds, 1 it fails, 3 undecided, 2 bad input; "
+        epilog="Exit codes: 0 the corrected inequality (26) holds, 1 it fails, 3 undecided or about nothing, 2 bad "
+        "input; "
         "--check: 0 accepted, 1 rejected; --solve-for: 0 a value is certified, 1 all are refuted, 3 neither.",
         allow_abbrev=False,
     )
@@ -98,7 +104,7 @@ def run(options: argparse.Namespace) -> int:
         margin_plot.plot_margin(shown, Path(options.plot))
     write_json(options.json, _text(margin_words.document(found, extreme)))
     _print(console, found, extreme)
-    return _CODES[_truth(found)] if extreme is None else _solved(extreme)
+    return _code(found) if extreme is None else _solved(extreme)
 
 
 def _claim(options: argparse.Namespace) -> None:
@@ -130,6 +136,11 @@ def _truth(found: Margin) -> Truth:
     return corrected(found.problem.parameters, found.lower, found.upper)
 
 
+def _code(found: Margin) -> int:
+    """Return the exit code of one margin: about nothing, nothing is decided."""
+    return _CODES[_truth(found)] if margin_words.NOT_APPLICABLE not in margin_words.verdicts(found) else 3
+
+
 def _solved(extreme: Extreme) -> int:
     if extreme.certified is not None:
         return 0
@@ -150,11 +161,9 @@ def _print(console: Console, found: Margin, extreme: Extreme | None) -> None:
     table.add_column(overflow="fold")
     table.add_row("Δd_min,cont", margin_words.interval(found))
     table.add_row("worst pair", margin_words.worst_pair(found))
-    truths = {"(26) as printed": printed, "(26) corrected": corrected}
+    verdicts = dict(zip(("(26) as printed", "(26) corrected"), margin_words.verdicts(found), strict=True))
     for name, text in margin_words.consequences(found):
-        verdict = truths[name](found.problem.parameters, found.lower, found.upper) if name in truths else None
-        style = _COLOURS[verdict] if verdict is not None else ""
-        table.add_row(name, text, style=style)
+        table.add_row(name, text, style=_COLOURS.get(verdicts.get(name, ""), ""))
     console.print(table)
     console.print(margin_words.scope(found), style="bright_black")
 
@@ -214,12 +223,12 @@ def _sweep(options: argparse.Namespace, base: Parameters, reading: Reading, cons
     _print_sweep(console, results)
     if folder is not None:
         console.print(f"Certificates: {escape(str(folder))}", soft_wrap=True)
-    return _worst(_truth(found) for found in results)
+    return _worst(_code(found) for found in results)
 
 
-def _worst(truths: Iterable[Truth]) -> int:
-    seen = set(truths)
-    return next((_CODES[truth] for truth in (Truth.FAILS, Truth.UNDECIDED) if truth in seen), 0)
+def _worst(codes: Iterable[int]) -> int:
+    seen = set(codes)
+    return next((_CODES[truth] for truth in (Truth.FAILS, Truth.UNDECIDED) if _CODES[truth] in seen), 0)
 
 
 def _print_sweep(console: Console, results: Sequence[Margin]) -> None:
@@ -228,13 +237,12 @@ def _print_sweep(console: Console, results: Sequence[Margin]) -> None:
         table.add_column(name, no_wrap=name != "changed", overflow="fold")
     for found in results:
         given = found.problem.parameters
-        truths = printed(given, found.lower, found.upper), _truth(found)
         table.add_row(
             found.problem.reading.value,
             escape(given.describe()) or "–",
             f"{margin_words.rounded_down(found.lower, 7)} … {margin_words.rounded_up(found.upper, 7)}",
             f"{float((found.upper - found.lower) / given.d_hat_min):.0e}",
-            *(f"[{_COLOURS[truth]}]{truth.value}[/]" for truth in truths),
+            *(f"[{_COLOURS[verdict]}]{verdict}[/]" for verdict in margin_words.verdicts(found)),
         )
     console.print(table)
     console.print(

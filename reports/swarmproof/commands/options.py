@@ -13,7 +13,7 @@ from swarmproof.semantics.switches import BadInput
 def whole_number(text: str) -> int:
     """Return the whole number, at least 0, in `text`: an argparse type."""
     if not text.isdecimal() or len(text) > 9:
-        raise argparse.ArgumentTypeError(f"{text!r} is no whole number of at least 0")
+        raise argparse.ArgumentTypeError(f"{text!r} is no whole number of at least 0, such as 3")
     return int(text)
 
 
@@ -24,7 +24,7 @@ def positive_number(text: str) -> int:
     except ValueError:
         number = 0
     if number < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is no whole number of at least 1")
+        raise argparse.ArgumentTypeError(f"{text!r} is no whole number of at least 1, such as 3")
     return number
 
 
@@ -35,7 +35,7 @@ def positive_seconds(text: str) -> float:
     except ValueError:
         seconds = 0.0
     if not 0 < seconds < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text!r} is no positive number of seconds")
+        raise argparse.ArgumentTypeError(f"{text!r} is no positive number of seconds, such as 60")
     return seconds
 
 

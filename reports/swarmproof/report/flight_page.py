@@ -14,7 +14,7 @@ from swarmproof.assess.judge import FlightVerdict, Flown
 from swarmproof.assess.log import Log, Outcome
 from swarmproof.assess.run import Setting
 from swarmproof.mlr.algorithm1 import CuState
-from swarmproof.report import flight_words, names
+from swarmproof.report import flight_facts, flight_words, names
 from swarmproof.report.flight_plots import Picture, check_available, pictures
 from swarmproof.report.page import PAPER, template
 from swarmproof.semantics.switches import BadInput
@@ -26,6 +26,7 @@ MOST_LISTED = 12
 _VERDICT_WORDS = {
     FlightVerdict.VIOLATED: ("✗ violated", "bad"),
     FlightVerdict.NOT_VIOLATED: ("✓ not violated", "good"),
+    FlightVerdict.UNDECIDED: ("? undecided", "dim"),
     FlightVerdict.NOT_APPLICABLE: ("– not applicable", "dim"),
 }
 
@@ -81,8 +82,13 @@ def flight_page(setting: Setting, loss: str, flown: Flown, log: Log, drawn: list
         headline=flight_words.headline(setting, flown),
         figures=flight_words.summary(flown),
         scope=flight_words.scope(setting, loss, flown),
+        facts=flight_facts.rows(setting, loss, flown),
+        violations=flight_facts.violations(flown),
         claims=flown.claims,
         violated=[judged for judged in flown.claims if judged.verdict is FlightVerdict.VIOLATED],
+        undecided=[judged for judged in flown.claims if judged.verdict is FlightVerdict.UNDECIDED],
+        idle=flown.last_adoption is None,
+        stopped=flown.stopped,
         verdict_words=_VERDICT_WORDS,
         chains=chains,
         chain_of={claim: told.claims[0] for told in chains for claim in told.claims},

@@ -12,7 +12,7 @@ from swarmproof.channel.pattern import lost_in
 from swarmproof.channel.script import write_script
 from swarmproof.report import flight_words
 
-_TAGS = {Verdict.HOLDS: "good", Verdict.VIOLATED: "bad", Verdict.UNDECIDED: "dim"}
+_TAGS = {Verdict.HOLDS: "good", Verdict.VIOLATED: "bad", Verdict.UNDECIDED: "dim", Verdict.NOT_APPLICABLE: "dim"}
 
 
 def write_patterns(folder: Path, setting: Setting, rounds: int, found: Exhaustive) -> Path:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
-from swarmproof.assess.exhaustive import Decided, Exhaustive, Verdict
-from swarmproof.assess.judge import Counts, FlightVerdict, Flown, Judged
+from swarmproof.assess.exhaustive import Decided, Exhaustive
+from swarmproof.assess.judge import Counts, Flown, Judged
+from swarmproof.assess.places import Place
 from swarmproof.assess.run import Setting
+from swarmproof.report import defaults, flight_facts
 from swarmproof.scenario.scenario import EXACT
 from swarmproof.theorem3.numbers import exact_text
 
@@ -16,10 +18,21 @@ SCHEMA = "swarmproof.flight/1"
 
 def headline(setting: Setting, flown: Flown) -> str:
     """Return what became of the flight, in one line."""
-    violated = [judged.claim.id for judged in flown.claims if judged.verdict is FlightVerdict.VIOLATED]
-    what = f"violated: {', '.join(violated)}" if violated else "no claim violated"
+    what = _outcome(flown.claims)
+    if flown.last_adoption is None:
+        what += "; nobody adopted a new trajectory"
     swarm = f"{setting.scenario.name}, {setting.scenario.uavs} UAVs, {setting.cus} CUs"
     return f"{swarm}, {flown.rounds} rounds{_with_fault(setting)}: {what}"
+
+
+def _outcome(claims: Iterable[Judged | Decided]) -> str:
+    """Return which claims are violated, or that none is, and which are undecided."""
+    by_verdict = {
+        verdict: [judged.claim.id for judged in claims if judged.verdict == verdict]
+        for verdict in ("violated", "undecided")
+    }
+    told = [f"{verdict}: {', '.join(ids)}" for verdict, ids in by_verdict.items() if ids]
+    return "; ".join(told if by_verdict["violated"] else ["no claim violated", *told])
 
 
 def summary(flown: Flown) -> list[str]:
@@ -29,13 +42,18 @@ def summary(flown: Flown) -> list[str]:
         arrival = f"All arrived {flown.rounds_to_arrival} rounds after the targets changed last."
     else:
         arrival = "Not all had arrived at the end."
+    last = flown.last_adoption
+    if last is None:
+        progress = "Nobody adopted a new trajectory."
+    else:
+        progress = f"Last new trajectory adopted: in round {last.round}, by UAV {last.uav}, planned by CU {last.cu}."
     tracked = "" if flown.tracked is None else f"; of all trajectories in valid trackers {flown.tracked:.6f} m"
     qps = flown.qps
     return [
         f"Smallest scaled distance of references: {flown.sampled:.6f} m at samples{tracked}; at any time at least "
         f"{flown.continuous_lower:.6f} m (UAVs {i} and {j}, {time:.2f} s).",
         f"{qps.solved} optimization problems solved, {qps.rejected} answers rejected, {qps.infeasible} infeasible; "
-        f"{flown.lost} messages lost. {arrival}",
+        f"{flown.lost} messages lost. {arrival} {progress}",
     ]
 
 
@@ -45,18 +63,29 @@ def scope(setting: Setting, loss: str, flown: Flown) -> str:
     return (
         f"This flight only: {flown.rounds} rounds, trigger {setting.trigger}, loss {loss}, seed {setting.seed}; "
         f"{setting.semantics.name()}; parameters {parameters}. Samples and constraints were decided exactly, distances "
-        "between samples are certified bounds; no other flight is covered." + _fault(setting, flown.qps)
+        "between samples are certified bounds; no other flight is covered."
+        + _defaults(setting)
+        + _fault(setting, flown.qps)
     )
 
 
-def document(setting: Setting, flown: Flown, seconds: float) -> str:
-    """Return the flight as an indented JSON document."""
+def _defaults(setting: Setting) -> str:
+    """Return which values nobody gave, as a sentence that follows others; empty if everything was given."""
+    told = defaults.sentence(setting.scenario.parameters, "what is planned, and every verdict,")
+    return f" Not given: {told}." if told else ""
+
+
+def document(setting: Setting, loss: str, flown: Flown, seconds: float) -> str:
+    """Return the flight as an indented JSON document; `loss` is the loss model as the user wrote it."""
     qps = flown.qps
     separation = {"sampled": flown.sampled, "continuous_lower": flown.continuous_lower}
     content = {
-        **_header(setting, flown.rounds, separation, qps),
+        **_header(setting, loss, flown.rounds, separation, qps),
         "arrived": flown.arrived,
         "rounds_to_arrival": flown.rounds_to_arrival,
+        "last_adoption": None if flown.last_adoption is None else flown.last_adoption._asdict(),
+        "interrupted": flown.stopped is not None,
+        "stopped": flown.stopped,
         "claims": [_claim(judged) for judged in flown.claims],
         "seconds": round(seconds, 3),
     }
@@ -65,11 +94,9 @@ def document(setting: Setting, flown: Flown, seconds: float) -> str:
 
 def patterns_headline(setting: Setting, rounds: int, found: Exhaustive) -> str:
     """Return what became of the flights under all loss patterns, in one line."""
-    violated = [decided.claim.id for decided in found.claims if decided.verdict is Verdict.VIOLATED]
-    what = f"violated: {', '.join(violated)}" if violated else "no claim violated"
     scenario = setting.scenario
     swarm = f"{scenario.name}, {scenario.uavs} UAVs, {setting.cus} CUs"
-    return f"{swarm}, all losses of {rounds} rounds{_with_fault(setting)}: {what}"
+    return f"{swarm}, all losses of {rounds} rounds{_with_fault(setting)}: {_outcome(found.claims)}"
 
 
 def patterns_summary(found: Exhaustive) -> list[str]:
@@ -107,6 +134,7 @@ def patterns_scope(setting: Setting, rounds: int, found: Exhaustive) -> str:
         f"Every loss of (message, receiver) pairs in the first {rounds} rounds of this scenario, trigger "
         f"{setting.trigger}; {setting.semantics.name()}; parameters {parameters}. Swarms with equal protocol state, "
         f"trajectories and knowledge were merged. Nothing is said of later rounds.{stopped}"
+        + _defaults(setting)
         + _fault(setting, found.qps)
     )
 
@@ -115,7 +143,7 @@ def patterns_document(setting: Setting, rounds: int, found: Exhaustive) -> str:
     """Return an exhaustive flight as a JSON document like that of a flight; `patterns` says what was covered."""
     separation = {"sampled": found.sampled, "continuous_lower": found.continuous_lower}
     content = {
-        **_header(setting, rounds, separation, found.qps),
+        **_header(setting, f"exhaustive:{rounds}", rounds, separation, found.qps),
         "arrived": False,
         "rounds_to_arrival": None,
         "patterns": {
@@ -138,7 +166,9 @@ def _total(counts: Counts) -> int:
     return counts.solved + counts.rejected + counts.infeasible
 
 
-def _header(setting: Setting, rounds: int, separation: Mapping[str, float | None], counts: Counts) -> dict[str, object]:
+def _header(
+    setting: Setting, loss: str, rounds: int, separation: Mapping[str, float | None], counts: Counts
+) -> dict[str, object]:
     return {
         "schema": SCHEMA,
         "uavs": setting.scenario.uavs,
@@ -149,6 +179,7 @@ def _header(setting: Setting, rounds: int, separation: Mapping[str, float | None
         "min_separation": separation,
         "qps": {"solved": counts.solved, "rejected": counts.rejected, "infeasible": counts.infeasible},
         **_fault_document(setting, counts),
+        **flight_facts.as_json(setting, loss),
     }
 
 
@@ -195,7 +226,17 @@ def _claim(judged: Judged | Decided) -> dict[str, object]:
         "worst_rounds": None,
         "avoidable": None,
         "trace": None,
+        "instances": judged.instances,
+        "why": judged.why,
+        **_place(judged.place),
     }
+
+
+def _place(place: Place | None) -> dict[str, object]:
+    """Return where a claim is broken first, for machines; nulls if it is not."""
+    if place is None:
+        return {"round": None, "uavs": None, "cus": None, "time": None}
+    return {"round": place.round, "uavs": list(place.uavs), "cus": list(place.cus), "time": place.time}
 
 
 def _text(content: dict[str, object]) -> str:

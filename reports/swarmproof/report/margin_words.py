@@ -9,6 +9,7 @@ from typing import Any
 from swarmproof.margin.bounds import Margin
 from swarmproof.margin.solve import Extreme
 from swarmproof.margin.witness import Motion, Witness
+from swarmproof.report import defaults
 from swarmproof.theorem3.inequality import (
     Counterexample,
     Truth,
@@ -20,10 +21,13 @@ from swarmproof.theorem3.inequality import (
     scaled_square,
     square_root_bounds,
 )
+from swarmproof.theorem3.nothing import about_nothing
 from swarmproof.theorem3.numbers import exact_text
 from swarmproof.theorem3.parameters import Reading
 
 SCHEMA = "swarmproof.margin/1"
+#: What is said of (26) where eq. (24) is about nothing.
+NOT_APPLICABLE = "not-applicable"
 
 _SOUND_FOR = {
     Reading.INITIAL_STATE: "states are bounded at the window's start, inputs all the time",
@@ -72,17 +76,18 @@ def document(margin: Margin, extreme: Extreme | None = None) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
         "parameters": given.as_json(),
+        "defaults": defaults.as_json(given, _without_meaning(margin)),
         "reading": margin.problem.reading.value,
         "dip": {"lower": below(margin.lower), "upper": above(margin.upper)},
         "witness": None if margin.witness is None else _witness(margin, margin.witness),
         "theorem_3": {
-            "printed": printed(given, margin.lower, margin.upper).value,
-            "corrected": corrected(given, margin.lower, margin.upper).value,
+            **dict(zip(("printed", "corrected"), verdicts(margin), strict=True)),
             "d_min": float(given.d_min),
             "tracking_error": float(given.tracking_error),
             "guaranteed_separation": below(guaranteed_separation(given, margin.upper)),
             "counterexample": None if found is None else _counterexample(found),
         },
+        "about_nothing": about_nothing(given, margin.problem.reading) or None,
         "solve_for": None
         if extreme is None
         else {
@@ -91,6 +96,14 @@ def document(margin: Margin, extreme: Extreme | None = None) -> dict[str, Any]:
             "refuted": None if extreme.refuted is None else float(extreme.refuted),
         },
     }
+
+
+def verdicts(margin: Margin) -> tuple[str, str]:
+    """Return what is said of (26), as printed and corrected; of motions that cannot be, not-applicable."""
+    given = margin.problem.parameters
+    if about_nothing(given, margin.problem.reading):
+        return NOT_APPLICABLE, NOT_APPLICABLE
+    return printed(given, margin.lower, margin.upper).value, corrected(given, margin.lower, margin.upper).value
 
 
 def refutation(margin: Margin) -> Counterexample | None:
@@ -194,12 +207,12 @@ def _length(vector: list[Fraction]) -> float:
 def consequences(margin: Margin) -> list[tuple[str, str]]:
     """Return what (26) gives: rows of name and text."""
     given = margin.problem.parameters
-    verdicts = printed(given, margin.lower, margin.upper), corrected(given, margin.lower, margin.upper)
+    as_printed, as_corrected = verdicts(margin)
     guaranteed = guaranteed_separation(given, margin.upper)
     separation = decimal_below(guaranteed, 6)
     rows = [
-        ("(26) as printed", f"{verdicts[0].value}: d̂_min ≥ d_min + Δd_min + Δd_min,cont"),
-        ("(26) corrected", f"{verdicts[1].value}: d̂_min ≥ d_min + 2‖Θ⁻¹‖₂·Δd_min + Δd_min,cont"),
+        ("(26) as printed", f"{as_printed}: d̂_min ≥ d_min + Δd_min + Δd_min,cont"),
+        ("(26) corrected", f"{as_corrected}: d̂_min ≥ d_min + 2‖Θ⁻¹‖₂·Δd_min + Δd_min,cont"),
         ("guaranteed separation", f"{separation} m (scaled, at all times, for motions of this reading)"),
     ]
     if guaranteed == 0:
@@ -207,12 +220,23 @@ def consequences(margin: Margin) -> list[tuple[str, str]]:
     else:
         text = f"for whoever needs more than {separation} m between the UAVs, or tracks worse"
     rows.append(("vacuous", text))
-    if verdicts[1] is not Truth.HOLDS:
+    nothing = about_nothing(given, margin.problem.reading)
+    if nothing:
+        return [("about nothing", nothing), *rows[:2]]
+    if as_corrected != Truth.HOLDS:
         rows.append(("", "An inequality that fails is no collision: the theorem is silent, UAVs may still be safe."))
     found = refutation(margin)
     if found is not None:
         rows.append(("counterexample", _in_words(found)))
+    missing = defaults.sentence(given, "the verdict", _without_meaning(margin))
+    if missing:
+        rows.append(("not given", missing))
     return rows
+
+
+def _without_meaning(margin: Margin) -> tuple[str, ...]:
+    """Return the parameters that the reading does not look at."""
+    return () if margin.problem.reading is Reading.AS_SAMPLED else ("T_s", "T_b")
 
 
 def _in_words(found: Counterexample) -> str:

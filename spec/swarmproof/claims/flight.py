@@ -71,6 +71,7 @@ class ObservedRound:
         none_new_before: of D_i(k) and D_j(k), neither UAV planned in this round (eq. 18).
         none_new_after: of D_i(k + 1) and D_j(k + 1), neither UAV planned in this round (eq. 19).
         flown: of the references that the UAVs follow in this round, at its samples (eq. 23).
+        underway: how many UAVs follow a trajectory that was planned; the others hover at their starts.
     """
 
     k: int
@@ -83,6 +84,7 @@ class ObservedRound:
     none_new_after: Approach | None
     flown: Approach | None
     attempts: Sequence[ObservedAttempt]
+    underway: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +115,7 @@ class ObservedFlight:
         adopted: trajectories that UAVs adopted since the targets changed last, per UAV.
         patience: after how many of them the UAVs should have arrived.
         late: the UAVs that were not at their targets at the end.
+        underway: in how many rounds some UAV followed a trajectory that was planned.
     """
 
     d_min: Fraction
@@ -121,6 +124,7 @@ class ObservedFlight:
     adopted: float
     patience: float
     late: Sequence[int]
+    underway: int
 
 
 ApproachOf = Callable[[ObservedRound], Approach | None]
@@ -139,15 +143,26 @@ def lemma_4(seen: ObservedRound) -> list[Broken]:
 
 
 def theorem_1(seen: ObservedRound) -> list[Broken]:
-    """Where eq. (20) is true, the old trajectory is feasible; where it is feasible, the problem is solved."""
-    assumed = not _apart(seen.known, seen.d_hat_min)
-    broken = []
-    for attempt in seen.attempts:
-        if assumed and not attempt.candidate:
-            broken.append(Broken((attempt.cu,), attempt.uav, "eq. (20) is true, but the old trajectory breaks (13)"))
-        elif attempt.candidate and not attempt.solved:
-            broken.append(Broken((attempt.cu,), attempt.uav, f"(13) is feasible, but no plan came out: {attempt.why}"))
-    return broken
+    """Where eq. (20) is true, the old trajectory is feasible."""
+    return [
+        Broken((attempt.cu,), attempt.uav, "eq. (20) is true, but the old trajectory breaks (13)")
+        for attempt in _posed(seen)
+        if not attempt.candidate
+    ]
+
+
+def unsolved(seen: ObservedRound) -> list[Broken]:
+    """The feasible problems for which our planner found no plan: a limit of ours, which says nothing of Theorem 1."""
+    return [
+        Broken((attempt.cu,), attempt.uav, attempt.why)
+        for attempt in _posed(seen)
+        if attempt.candidate and not attempt.solved
+    ]
+
+
+def _posed(seen: ObservedRound) -> Sequence[ObservedAttempt]:
+    """Return the problems (13) of a round for which eq. (20) is true."""
+    return () if _apart(seen.known, seen.d_hat_min) else seen.attempts
 
 
 def references_apart(seen: ObservedFlight) -> list[Broken]:
@@ -174,6 +189,40 @@ def arrives(seen: ObservedFlight) -> list[Broken]:
     ]
 
 
+def follows_references(seen: ObservedFlight) -> str:
+    """The UAVs follow their references exactly, so that nothing is to be said of actual positions."""
+    return "the UAVs follow their references exactly" if seen.actual is None else ""
+
+
+def nobody_left(seen: ObservedFlight) -> str:
+    """All UAVs hovered where they started, which the start's distance alone explains."""
+    return "" if seen.underway else _NOBODY_LEFT
+
+
+def too_few_trajectories(seen: ObservedFlight) -> str:
+    """The network did not let the UAVs get as many new trajectories as the claim assumes, and some are late."""
+    if not seen.late or seen.adopted >= seen.patience:
+        return ""
+    late = ", ".join(f"UAV {i}" for i in seen.late)
+    return (
+        f"its assumption fails: after the targets changed last, UAVs adopted {seen.adopted:.1f} new trajectories each, "
+        f"{seen.patience:.0f} are needed; {late} had not arrived"
+    )
+
+
+def too_close_to_tell(dip_of: Callable[[ObservedFlight], Dip | None]) -> Callable[[ObservedFlight], str]:
+    """Return what says that the closest approach is too close to d_min for our bounds to decide."""
+
+    def why(seen: ObservedFlight) -> str:
+        dip = dip_of(seen)
+        if dip is None or dip.at_least is not None:
+            return ""
+        (i, j), d_min = dip.uavs, float(seen.d_min)
+        return f"UAV {i} and UAV {j} come too close to {d_min:g} m at {dip.time:.3f} s to tell on which side they stay"
+
+    return why
+
+
 def _apart(approach: Approach | None, d_hat_min: Fraction) -> list[Broken]:
     if approach is None or approach.square >= d_hat_min**2:
         return []
@@ -195,7 +244,15 @@ def _collides(dip: Dip, d_min: Fraction) -> list[Broken]:
 class FlightClaim:
     """One statement about a flight: `in_round` or `in_flight` is set, and returns the broken places.
 
-    `approach` is the closest approach that the claim is about, if it is about one.
+    A claim that is broken nowhere may still have been about nothing, or our means may not decide it.
+
+    Attributes:
+        approach: the closest approach that the claim is about, if it is about one.
+        about: of a claim about rounds, how many things in a round it speaks of.
+        nothing: what there was not, where that is none in any round.
+        unsolved: of a claim about rounds, where a limit of ours leaves it undecided.
+        fails: of a claim about flights, why its assumption fails; empty if it does not.
+        too_close: the same, why our bounds do not decide it; empty if they do.
     """
 
     id: str
@@ -205,8 +262,19 @@ class FlightClaim:
     in_round: Callable[[ObservedRound], list[Broken]] | None = None
     in_flight: Callable[[ObservedFlight], list[Broken]] | None = None
     approach: ApproachOf | None = None
+    about: Callable[[ObservedRound], int] | None = None
+    nothing: str = ""
+    unsolved: Callable[[ObservedRound], list[Broken]] | None = None
+    fails: Callable[[ObservedFlight], str] | None = None
+    too_close: Callable[[ObservedFlight], str] | None = None
 
 
+def _one_if(approach: ApproachOf) -> Callable[[ObservedRound], int]:
+    """Return what counts a round in which there is such a pair."""
+    return lambda seen: approach(seen) is not None
+
+
+_NOBODY_LEFT = "no UAV followed a planned trajectory: all hovered where they started"
 _START = "All UAVs hover at the start, d̂_min apart (Remark 2); any messages may be lost."
 
 FLIGHT_CLAIMS: tuple[FlightClaim, ...] = (
@@ -218,13 +286,18 @@ FLIGHT_CLAIMS: tuple[FlightClaim, ...] = (
         _START,
         in_round=separated(attrgetter("learned")),
         approach=attrgetter("learned"),
+        about=_one_if(attrgetter("learned")),
+        nothing="after no round did valid trackers hold trajectories of two UAVs",
     ),
     FlightClaim(
         "theorem-1",
-        "Where eq. (20) is true, the optimization problem (13) is feasible, and the planner solves it.",
+        "Where eq. (20) is true, the optimization problem (13) is feasible.",
         "Theorem 1, Section 4.3.2",
         _START + " The old trajectory, shifted, is the proof's candidate.",
         in_round=theorem_1,
+        about=lambda seen: len(_posed(seen)),
+        nothing="no CU posed a problem (13) with eq. (20) true",
+        unsolved=unsolved,
     ),
     FlightClaim(
         "corollary-1",
@@ -233,6 +306,8 @@ FLIGHT_CLAIMS: tuple[FlightClaim, ...] = (
         "Both satisfy (13f).",
         in_round=separated(attrgetter("both_new")),
         approach=attrgetter("both_new"),
+        about=_one_if(attrgetter("both_new")),
+        nothing="in no round were two trajectories planned by CUs that both had both UAVs in A_ET(k)",
     ),
     FlightClaim(
         "lemma-3",
@@ -242,6 +317,8 @@ FLIGHT_CLAIMS: tuple[FlightClaim, ...] = (
         "It satisfies (13f).",
         in_round=separated(attrgetter("one_new")),
         approach=attrgetter("one_new"),
+        about=_one_if(attrgetter("one_new")),
+        nothing="in no round was a trajectory planned beside a valid tracker of another UAV",
     ),
     FlightClaim(
         "lemma-4",
@@ -251,6 +328,8 @@ FLIGHT_CLAIMS: tuple[FlightClaim, ...] = (
         "Eq. (18). The conclusion is read at the samples of eq. (21), one round later than those of (18).",
         in_round=lemma_4,
         approach=attrgetter("none_new_after"),
+        about=lambda seen: seen.none_new_after is not None and not _apart(seen.none_new_before, seen.d_hat_min),
+        nothing="in no round was eq. (18) true and had two UAVs without new trajectories valid trackers after it",
     ),
     FlightClaim(
         "theorem-2",
@@ -259,6 +338,8 @@ FLIGHT_CLAIMS: tuple[FlightClaim, ...] = (
         _START,
         in_round=separated(attrgetter("flown")),
         approach=attrgetter("flown"),
+        about=lambda seen: bool(seen.underway),
+        nothing=_NOBODY_LEFT,
     ),
     FlightClaim(
         "eq-2",
@@ -266,6 +347,8 @@ FLIGHT_CLAIMS: tuple[FlightClaim, ...] = (
         "Eq. (2), claimed by Theorem 3",
         _START + " The UAVs follow their references exactly.",
         in_flight=references_apart,
+        fails=nobody_left,
+        too_close=too_close_to_tell(attrgetter("references")),
     ),
     FlightClaim(
         "eq-2-actual",
@@ -273,6 +356,8 @@ FLIGHT_CLAIMS: tuple[FlightClaim, ...] = (
         "Eq. (2), claimed by Theorem 3, with Assumption 1",
         _START + " No UAV is further from its reference than the tracking error.",
         in_flight=actual_apart,
+        fails=follows_references,
+        too_close=too_close_to_tell(attrgetter("actual")),
     ),
     FlightClaim(
         "arrives",
@@ -280,5 +365,6 @@ FLIGHT_CLAIMS: tuple[FlightClaim, ...] = (
         "Eq. (1); no statement of the paper proves it",
         "The targets do not change, and the network lets UAVs get 50 new trajectories each, on average.",
         in_flight=arrives,
+        fails=too_few_trajectories,
     ),
 )

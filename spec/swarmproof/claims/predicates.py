@@ -64,6 +64,28 @@ def same_selection(swarm: ObservedSwarm) -> list[Broken]:
     ]
 
 
+def valid_trackers(swarm: ObservedSwarm) -> int:
+    """Return how many trackers are not deprecated: what Lemma 1 is about."""
+    return sum(not tracker.deprecated for cu in swarm.cus for tracker in cu.trackers)
+
+
+def valid_pairs(swarm: ObservedSwarm) -> int:
+    """Return how many pairs of trackers of one UAV, on two CUs, are not deprecated: what Lemma 2 is about."""
+    valid = [sum(not cu.trackers[i].deprecated for cu in swarm.cus) for i in range(len(swarm.followed))]
+    return sum(number * (number - 1) // 2 for number in valid)
+
+
+def may_plans(swarm: ObservedSwarm) -> int:
+    """Return how many (CU, UAV) there are of which the CU may plan the UAV."""
+    return sum(len(cu.may_plan) for cu in swarm.cus)
+
+
+def running_pairs(swarm: ObservedSwarm) -> int:
+    """Return how many pairs of CUs are in RUN_DMPC."""
+    running = sum(cu.state == RUN_DMPC for cu in swarm.cus)
+    return running * (running - 1) // 2
+
+
 def _names(selection: frozenset[int] | None) -> str:
     return "{" + ", ".join(f"UAV {i}" for i in sorted(selection or ())) + "}"
 

@@ -33,6 +33,11 @@ class Claim:
 
     Exactly one of the predicates is set: `per_uav` and `whole` return the broken places of a safety claim (`per_uav`
     sees one UAV at a time, the claim says it of all), `goal` is what a RECOVERY or REACHABLE claim wants reached.
+
+    Attributes:
+        about: of a safety claim, in how many places of a swarm there is something that it speaks of.
+        nothing: what there is not, where that is none: then it is true, but says nothing.
+        least_cus: with fewer CUs there never is.
     """
 
     id: str
@@ -44,6 +49,9 @@ class Claim:
     whole: Callable[[ObservedSwarm], list[Broken]] | None = None
     goal: Callable[[ObservedSwarm], bool] | None = None
     needs_selection: bool = False
+    about: Callable[[ObservedSwarm], int] | None = None
+    nothing: str = ""
+    least_cus: int = 1
 
     def applies_to(self, semantics: Semantics) -> bool:
         """Say whether the claim can be asked under these semantics."""
@@ -68,6 +76,8 @@ CLAIMS: tuple[Claim, ...] = (
         "Lemma 1, Section 4.3.1",
         _ANY_LOSS,
         per_uav=predicates.lemma_1,
+        about=predicates.valid_trackers,
+        nothing="every tracker was deprecated, after every round",
     ),
     Claim(
         "lemma-2",
@@ -76,6 +86,9 @@ CLAIMS: tuple[Claim, ...] = (
         "Lemma 2, Section 4.3.1",
         _ANY_LOSS,
         per_uav=predicates.lemma_2,
+        about=predicates.valid_pairs,
+        nothing="no two CUs had trackers of one UAV that were not deprecated, after any round",
+        least_cus=2,
     ),
     Claim(
         "plans-from-truth",
@@ -84,6 +97,8 @@ CLAIMS: tuple[Claim, ...] = (
         "Algorithm 1 line 17; Section 4.2.3: the initial state is the sole entry of the tracker",
         _ANY_LOSS,
         per_uav=predicates.plans_from_truth,
+        about=predicates.may_plans,
+        nothing="no CU could plan a UAV, after any round",
     ),
     Claim(
         "one-planner-per-uav",
@@ -93,6 +108,9 @@ CLAIMS: tuple[Claim, ...] = (
         _ANY_LOSS + " Round-robin trigger of Appendix A.1.",
         whole=predicates.one_planner_per_uav,
         needs_selection=True,
+        about=predicates.running_pairs,
+        nothing="no two CUs were in RUN_DMPC, after any round",
+        least_cus=2,
     ),
     Claim(
         "same-selection",
@@ -102,6 +120,9 @@ CLAIMS: tuple[Claim, ...] = (
         _ANY_LOSS + " Round-robin trigger of Appendix A.1.",
         whole=predicates.same_selection,
         needs_selection=True,
+        about=predicates.running_pairs,
+        nothing="no two CUs were in RUN_DMPC, after any round",
+        least_cus=2,
     ),
     Claim(
         "recovery",

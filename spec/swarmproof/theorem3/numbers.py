@@ -11,6 +11,7 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 from swarmproof.semantics.switches import BadInput
+from swarmproof.theorem3.formats import format_of
 
 
 class Magnitude(NamedTuple):
@@ -126,6 +127,11 @@ def read_toml(path: str | os.PathLike[str], kind: str, line: str, most_bytes: in
     except UnicodeDecodeError:
         raise BadInput(f"{place} is not a text file (UTF-8) with lines such as {line}") from None
     except tomllib.TOMLDecodeError as error:
+        other = format_of(content.decode())
+        if other not in (None, "an INI file"):
+            raise BadInput(
+                f"{place} is {other}, which is not read: write the {kind} as TOML, in lines such as {line}"
+            ) from None
         raise BadInput(f"{place} is not TOML with lines such as {line}: {error}") from None
     except ValueError:
         # Python refuses to read an integer of thousands of digits

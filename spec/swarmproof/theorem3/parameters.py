@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from enum import StrEnum
 from fractions import Fraction
 from typing import Any, TypeVar
@@ -142,6 +142,8 @@ class Parameters:
     crash_theta_inverse: Matrix | None = None
     #: s; how old what a planner knows of the other UAVs may be, beyond what the algorithm takes into account.
     delay: Fraction = Fraction(0)
+    #: the names that were given, or follow from what was given; the others are the published ones, by default.
+    given: frozenset[str] = field(default=frozenset(), compare=False, repr=False)
 
     def __post_init__(self) -> None:
         """Raise :class:`BadInput` on a value outside of what its parameter can be."""
@@ -219,7 +221,19 @@ class Parameters:
             # who bounds the norm only means no other box than the one around that ball
             if changed.get(norm) is not None and getattr(self, box) == getattr(PUBLISHED, box):
                 changed.setdefault(box, _axes(changed[norm]))
-        return replace(self, **changed)
+        return replace(self, **changed, given=self.given | changed.keys())
+
+    def defaults(self) -> list[str]:
+        """Return the names of the published values that stand where none was given and that have a meaning here.
+
+        Nobody gives what the paper does not have (:data:`EXTENSIONS`) by leaving it out.
+        """
+        without_meaning = (*EXTENSIONS, *(("j_max",) if self.order == 2 else ()))
+        return [name for name in NAMES if name not in self.given and name not in without_meaning]
+
+    def text(self, name: str) -> str:
+        """Return the value of the parameter `name` as ``--set`` takes it."""
+        return _compact(name, getattr(self, name))
 
     def check_reading(self, reading: Reading) -> None:
         """Raise :class:`BadInput` unless `reading` has a meaning: as-sampled needs T_c and T_b to divide T_s."""
@@ -261,7 +275,7 @@ class Parameters:
 
 
 #: The names of the parameters, in the order in which they are shown.
-NAMES: tuple[str, ...] = tuple(field.name for field in fields(Parameters))
+NAMES: tuple[str, ...] = tuple(one.name for one in fields(Parameters) if one.name != "given")
 #: What the paper does not have: written down only where it is used.
 EXTENSIONS = ("v_norm", "a_norm", "j_norm", "crash_theta_inverse", "delay")
 #: By bound of a norm, the bound per axis beside it.
