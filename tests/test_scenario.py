@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.points import points
 
 import swarmproof.scenario.scenario as documented
 from swarmproof.scenario.choices import CHOICES
@@ -24,7 +25,9 @@ from swarmproof.theorem3.parameters import NAMES, PUBLISHED_SCALING, ClosedBox, 
 
 SETTINGS = settings(max_examples=60, deadline=None, derandomize=True, database=None)
 
-COORDINATES = st.floats(-5, 5)
+COORDINATES = st.floats(-5, 5).map(Fraction)
+#: The centre of a formation.
+ORIGIN = (Fraction(0), Fraction(0))
 
 SPACE: ClosedBox = (
     (Fraction(-17, 10), Fraction(17, 10)),
@@ -73,16 +76,16 @@ def test_shipped_scenarios_keep_their_distances(name: str, uavs: int, rounds: in
     """Starts and targets have the documented number, scaled distances and 0.1 m of room."""
     scenario = load(name)
     assert (scenario.uavs, scenario.rounds) == (uavs, rounds)
-    for points in _all_points(scenario):
-        assert len(points) == uavs
-        assert _smallest(points) >= distance
-        assert _room(points) >= 0.1
+    for listed in _all_points(scenario):
+        assert len(listed) == uavs
+        assert _smallest(listed) >= distance
+        assert _room(listed) >= 0.1
 
 
 def test_columns_and_walls_are_noticed() -> None:
     """What the test above measures is small for UAVs above each other, and near a wall."""
-    assert _smallest(((0.0, 0.0, 0.5), (0.0, 0.0, 2.9))) < 0.45
-    assert _room(((0.0, 1.65, 1.0),)) < 0.1
+    assert _smallest(points((0.0, 0.0, 0.5), (0.0, 0.0, 2.9))) < 0.45
+    assert _room(points((0.0, 1.65, 1.0))) < 0.1
 
 
 def test_circle_is_a_circle_and_targets_are_antipodes() -> None:
@@ -99,11 +102,11 @@ def test_circle_is_a_circle_and_targets_are_antipodes() -> None:
 def test_formations_change_every_110_rounds() -> None:
     """`formations` begins as a plane; its targets are a pyramid, a cube, a sphere and the plane, in this order."""
     scenario = load("formations")
-    assert scenario.starts == plane(16, (0.0, 0.0), spacing=0.8, height=1.2)
+    assert scenario.starts == plane(16, ORIGIN, spacing=0.8, height=1.2)
     assert [change.round for change in scenario.targets] == [0, 110, 220, 330]
-    assert scenario.targets_at(109) == pyramid(16, (0.0, 0.0), side=3.1, height=0.6, rise=2.2)
-    assert scenario.targets_at(110) == scenario.targets_at(219) == cube(16, (0.0, 0.0), side=2.2, height=0.6)
-    assert scenario.targets_at(220) == sphere(16, (0.0, 0.0), radius=1.2, height=0.5, turn=127.5)
+    assert scenario.targets_at(109) == pyramid(16, ORIGIN, side=3.1, height=0.6, rise=2.2)
+    assert scenario.targets_at(110) == scenario.targets_at(219) == cube(16, ORIGIN, side=2.2, height=0.6)
+    assert scenario.targets_at(220) == sphere(16, ORIGIN, radius=1.2, height=0.5, turn=127.5)
     assert scenario.targets_at(330) == scenario.targets_at(5000) == scenario.starts
     rounds = (0, 109, 110, 111, 329, 330, 5000)
     assert [scenario.target_change_before(k) for k in rounds] == [0, 0, 110, 110, 220, 330, 330]
@@ -147,10 +150,10 @@ def test_random_targets_change_for_ever() -> None:
     sets = [scenario.targets_at(k) for k in range(0, 7500, 75)]
     assert all(scenario.targets_at(k + 74) == points for k, points in zip(range(0, 7500, 75), sets, strict=True))
     assert len({scenario.starts, *sets}) == 101
-    for points in sets:
-        assert len(points) == 8
-        assert _smallest(points) >= 0.5
-        assert _room(points) >= 0.1
+    for drawn in sets:
+        assert len(drawn) == 8
+        assert _smallest(drawn) >= 0.5
+        assert _room(drawn) >= 0.1
 
 
 def test_random_targets_count_from_their_own_round() -> None:
@@ -204,18 +207,22 @@ def test_a_coupled_scaling_is_used() -> None:
     """closest_pair multiplies with the whole of theta_inverse, not with its diagonal only."""
     zero, one, two = Fraction(0), Fraction(1), Fraction(2)
     coupled = ((two, one, zero), (one, two, zero), (zero, zero, one))
-    assert closest_pair([(0.0, 0.0, 0.0), (1.0, -1.0, 0.0)], coupled) == (two, 0, 1)
+    assert closest_pair(points((0.0, 0.0, 0.0), (1.0, -1.0, 0.0)), coupled) == (two, 0, 1)
 
 
 def test_antipodes_mirror_at_the_centre() -> None:
     """The antipode of a start is at the same height, and the centre is midway."""
-    assert antipodes([(1.0, 0.5, 0.7), (0.0, 0.0, 1.0)], (0.25, -0.5)) == ((-0.5, -1.5, 0.7), (0.5, -1.0, 1.0))
+    assert antipodes(points((1.0, 0.5, 0.7), (0.0, 0.0, 1.0)), (Fraction(1, 4), Fraction(-1, 2))) == points(
+        (-0.5, -1.5, 0.7), (0.5, -1.0, 1.0)
+    )
 
 
 def test_lines_and_planes_are_centred() -> None:
     """A line is along x, a plane row by row; neighbours are `spacing` apart, and the centre is in the middle."""
-    assert line(3, (1.0, 2.0), spacing=0.5, height=1.5) == ((0.5, 2.0, 1.5), (1.0, 2.0, 1.5), (1.5, 2.0, 1.5))
-    assert plane(4, (0.0, 0.0), spacing=1.0, height=1.0) == (
+    assert line(3, (Fraction(1), Fraction(2)), spacing=0.5, height=1.5) == points(
+        (0.5, 2.0, 1.5), (1.0, 2.0, 1.5), (1.5, 2.0, 1.5)
+    )
+    assert plane(4, ORIGIN, spacing=1.0, height=1.0) == points(
         (-0.5, -0.5, 1.0),
         (0.5, -0.5, 1.0),
         (-0.5, 0.5, 1.0),
@@ -225,16 +232,16 @@ def test_lines_and_planes_are_centred() -> None:
 
 def test_pyramids_and_cubes_have_their_layers() -> None:
     """A pyramid narrows towards its tip; the upper UAVs of a cube stand above the middle between two lower ones."""
-    points = pyramid(8, (0.0, 0.0), side=2.0, height=1.0, rise=0.5)
-    assert {(abs(x), abs(y), z) for x, y, z in points} == {(1.0, 1.0, 1.0), (0.5, 0.5, 1.5)}
-    points = cube(8, (0.0, 0.0), side=2.0, height=0.5)
-    assert points[:4] == ((-1.0, -1.0, 0.5), (1.0, -1.0, 0.5), (1.0, 1.0, 0.5), (-1.0, 1.0, 0.5))
-    assert {(x, y) for x, y, z in points if z == 2.5} == {(0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)}
+    layers = pyramid(8, ORIGIN, side=2.0, height=1.0, rise=0.5)
+    assert {(abs(x), abs(y), z) for x, y, z in layers} == set(points((1.0, 1.0, 1.0), (0.5, 0.5, 1.5)))
+    corners = cube(8, ORIGIN, side=2.0, height=0.5)
+    assert corners[:4] == points((-1.0, -1.0, 0.5), (1.0, -1.0, 0.5), (1.0, 1.0, 0.5), (-1.0, 1.0, 0.5))
+    assert set(corners[4:]) == set(points((0.0, -1.0, 2.5), (1.0, 0.0, 2.5), (0.0, 1.0, 2.5), (-1.0, 0.0, 2.5)))
 
 
 def test_spheres_are_round() -> None:
     """Every UAV of a sphere has the distance `radius` from its middle, which is `height` + `radius` high."""
-    for x, y, z in sphere(11, (0.5, 0.0), radius=1.2, height=0.5, turn=137.5):
+    for x, y, z in sphere(11, (Fraction(1, 2), Fraction(0)), radius=1.2, height=0.5, turn=137.5):
         assert math.dist((x, y, z), (0.5, 0.0, 1.7)) == pytest.approx(1.2)
 
 
@@ -243,7 +250,7 @@ def test_spheres_are_round() -> None:
 def test_formations_have_as_many_points_as_uavs(name: str, uavs: int) -> None:
     """Every formation places any number of UAVs, no two of them at one point, the lowest not below `height`."""
     make, numbers = FORMATIONS[name]
-    points = make(uavs, (0.0, 0.0), **dict.fromkeys(numbers, 1.0))
+    points = make(uavs, ORIGIN, **dict.fromkeys(numbers, 1.0))
     assert len(points) == len(set(points)) == uavs
     assert min(z for _, _, z in points) >= 1.0
 
@@ -252,7 +259,7 @@ def test_changes_apply() -> None:
     """Changes set parameters, the horizon, and the number of UAVs where no positions are given."""
     scenario = load("circle", changes=["uavs=10", "horizon=20", "T_c=0.05", "v_max=1"])
     assert (scenario.uavs, scenario.horizon, scenario.parameters.T_c) == (10, 20, Fraction(1, 20))
-    assert scenario.starts == circle(10, (0.0, 0.0), radius=1.45, height=0.8)
+    assert scenario.starts == circle(10, ORIGIN, radius=1.45, height=0.8)
     assert len(scenario.targets_at(0)) == 10
     assert load("random", changes=["uavs=12"]).uavs == len(load("random", changes=["uavs=12"]).targets_at(75)) == 12
     assert load("crossing", changes=["horizon=2"]).horizon == 2
@@ -269,7 +276,7 @@ def _seeds(name: str, count: int, *changes: str) -> list[Scenario]:
 def test_jitter_moves_starts_a_little(name: str) -> None:
     """Every coordinate of a start moves, by no more than `jitter`, and another way with each seed; targets stay."""
     scenarios = _seeds(name, 8, "jitter=0.02")
-    moves = []
+    moves: list[Fraction] = []
     for seed, moved in enumerate(scenarios):
         as_listed = load(name, seed)
         assert moved == load(name, seed, ["jitter=0.02"])
@@ -281,10 +288,10 @@ def test_jitter_moves_starts_a_little(name: str) -> None:
             for a, b in zip(one, other, strict=True)
         ]
         moves += [a - b for a, b in pairs]
-    assert max(map(abs, moves)) <= 0.02 + 1e-15
+    assert max(abs(move) for move in moves) <= 0.02 + 1e-15
     assert len(set(moves)) == len(moves)
     # uniform: the mean of n draws is 0 up to some 4 · 0.0116 / sqrt(n), and some come near the ends
-    assert abs(sum(moves) / len(moves)) < 4 * 0.0116 / math.sqrt(len(moves))
+    assert abs(float(sum(moves)) / len(moves)) < 4 * 0.0116 / math.sqrt(len(moves))
     assert min(moves) < -0.017
     assert max(moves) > 0.017
 
@@ -305,17 +312,17 @@ def test_jitter_stays_in_the_space() -> None:
     starts = [start for one in _seeds("crossing", 20, "jitter=0.5", space) for start in one.starts]
     assert {z for _, _, z in starts} >= {0.875, 1.125}
     wall = Fraction(37, 10)
-    assert Fraction(3.7) > wall
-    ((_, y, _),) = disturbed([(0.0, 3.69, 1.0)], ((-wall, wall),) * 3, Fraction(100), _seed_for(1))
-    assert y == math.nextafter(3.7, 0)
-    ((_, y, _),) = disturbed([(0.0, 3.69, 1.0)], ((-wall, wall),) * 3, Fraction(100), _seed_for(-1))
-    assert y == -math.nextafter(3.7, 0)
+    assert Fraction(3.7) != wall
+    ((_, y, _),) = disturbed(points((0.0, 3.69, 1.0)), ((-wall, wall),) * 3, Fraction(100), _seed_for(1))
+    assert y == wall
+    ((_, y, _),) = disturbed(points((0.0, 3.69, 1.0)), ((-wall, wall),) * 3, Fraction(100), _seed_for(-1))
+    assert y == -wall
 
 
 def _seed_for(sign: int) -> int:
     """Return a seed with which the jitter of UAV 0 in y has this sign, and is not small."""
     space = ((Fraction(-1000), Fraction(1000)),) * 3
-    return next(s for s in range(100) if sign * disturbed([(0.0, 0.0, 0.0)], space, Fraction(1), s)[0][1] > 0.2)
+    return next(s for s in range(100) if sign * disturbed(points((0.0, 0.0, 0.0)), space, Fraction(1), s)[0][1] > 0.2)
 
 
 def test_without_jitter_nothing_moves() -> None:
@@ -340,7 +347,8 @@ def test_shuffled_targets_are_a_permutation() -> None:
 
 def test_every_permutation_is_drawn_as_often() -> None:
     """Of 600 seeds, each of the 6 orders of three targets gets about 100."""
-    counts = Counter(shuffled(((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (2.0, 0.0, 0.0)), seed, "x") for seed in range(600))
+    three = points((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (2.0, 0.0, 0.0))
+    counts = Counter(shuffled(three, seed, "x") for seed in range(600))
     assert len(counts) == 6
     # five standard deviations of a binomial distribution
     assert all(abs(count - 100) < 5 * math.sqrt(600 * 5 / 36) for count in counts.values())
@@ -447,10 +455,10 @@ def test_files_are_read(tmp_path: Path) -> None:
         ),
         horizon=12,
         weights=Weights(jerk=0.01),
-        starts=((-0.75, 0.0, 1.0), (0.0, 0.0, 1.0), (0.75, 0.0, 1.0)),
+        starts=points((-0.75, 0.0, 1.0), (0.0, 0.0, 1.0), (0.75, 0.0, 1.0)),
         targets=(
-            TargetChange(0, ((0.0, 1.0, 1.1), (1.0, 1.0, 10 / 9), (-1.0, 1.0, 1.0))),
-            TargetChange(5, circle(3, (1.5, -1.0), radius=1.0, height=2.0)),
+            TargetChange(0, points((0.0, 1.0, 1.1), (1.0, 1.0, Fraction(10, 9)), (-1.0, 1.0, 1.0))),
+            TargetChange(5, circle(3, (Fraction(3, 2), Fraction(-1)), radius=1.0, height=2.0)),
         ),
         rounds=7,
     )
@@ -477,15 +485,15 @@ def test_the_documented_file_can_be_read(tmp_path: Path) -> None:
 def test_starts_at_exactly_the_distance_are_accepted() -> None:
     """Starts exactly d̂_min apart are accepted; one bit closer, they are refused, and the sentence says so."""
     scenario = load("crossing")
-    touching = replace(scenario, starts=((0.0, 0.0, 1.0), (0.25, 0.0, 1.0)))
+    touching = replace(scenario, starts=points((0.0, 0.0, 1.0), (0.25, 0.0, 1.0)))
     assert closest_pair(touching.starts, PUBLISHED_SCALING)[0] == Fraction(1, 16)
     with pytest.raises(BadInput, match=r"distance is 0\.25 \(rounded; a little less\) m, but d_hat_min=0\.25 m"):
-        replace(scenario, starts=((0.0, 0.0, 1.0), (math.nextafter(0.25, 0), 0.0, 1.0)))
+        replace(scenario, starts=points((0.0, 0.0, 1.0), (math.nextafter(0.25, 0), 0.0, 1.0)))
 
 
 def test_points_exactly_on_a_wall_are_accepted() -> None:
     """A start on a wall is in the flying space; a float beyond it by rounding is not, and the sentence says so."""
     quarter = load("crossing", changes=["workspace=-0.75,0.75,-1,1,0.4,3"])
-    assert replace(quarter, starts=((-0.75, 0.0, 1.0), (0.75, 0.0, 1.0))).uavs == 2
+    assert replace(quarter, starts=points((-0.75, 0.0, 1.0), (0.75, 0.0, 1.0))).uavs == 2
     with pytest.raises(BadInput, match=r"x=0\.75 \(rounded; a little more\) is not in -0\.75…0\.75"):
-        replace(quarter, starts=((-0.75, 0.0, 1.0), (math.nextafter(0.75, 1), 0.0, 1.0)))
+        replace(quarter, starts=points((-0.75, 0.0, 1.0), (math.nextafter(0.75, 1), 0.0, 1.0)))

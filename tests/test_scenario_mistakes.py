@@ -132,8 +132,8 @@ def test_the_good_file_is_good(tmp_path: Path) -> None:
         ("rounds = 60", "rounds = 100001", "rounds must be a whole number from 1 to 100000, not 100001"),
         ("rounds = 60", "rounds = 1.5", "rounds must be a whole number from 1 to 100000, not 1.5"),
         ("rounds = 60\n", "", "rounds is missing: write a line such as rounds = 1"),
-        ("horizon = 15", "horizon = 1", "horizon must be a whole number from 2 to 40, not 1"),
-        ("horizon = 15", "horizon = 41", "horizon must be a whole number from 2 to 40, not 41"),
+        ("horizon = 15", "horizon = 1", "horizon must be a whole number from 2 to 60, not 1"),
+        ("horizon = 15", "horizon = 61", "horizon must be a whole number from 2 to 60, not 61"),
         (
             "horizon = 15",
             "horizon = []",
@@ -304,7 +304,7 @@ def test_what_is_no_table_is_said(tmp_path: Path) -> None:
     ("changes", "said"),
     [
         (["uavs=3"], "uavs cannot be changed, since the positions are given one by one"),
-        (["horizon=1"], "horizon must be a whole number from 2 to 40, not 1"),
+        (["horizon=1"], "horizon must be a whole number from 2 to 60, not 1"),
         (["horizon=x"], f"horizon: 'x' {NO_NUMBER}"),
         (["workspace=none"], "the flying space is missing: give workspace, low and high of x, y and z in m"),
         (["v_maxx=1"], "--set: there is no parameter 'v_maxx': did you mean v_max?"),
@@ -461,21 +461,13 @@ def test_what_is_no_scenario_file_is_said(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (lambda one: replace(one, horizon=1), "horizon must be from 2 to 40, not 1"),
+        (lambda one: replace(one, horizon=1), "horizon must be from 2 to 60, not 1"),
         (lambda one: replace(one, rounds=0), "rounds must be from 1 to 100000, not 0"),
         (lambda one: replace(one, starts=one.starts * 33), "the number of UAVs must be from 2 to 64, not 66"),
         (lambda one: replace(one, targets=()), "there are no targets from round 0 on"),
         (
             lambda one: replace(one, targets=(*one.targets, TargetChange(0, one.starts))),
             "the targets of round 0 come after those of round 0: sort them",
-        ),
-        (
-            lambda one: replace(one, starts=((math.nan, 0.0, 1.0), (1.0, 0.0, 1.0))),
-            "the start of UAV 0 has x=nan, which is not a finite number",
-        ),
-        (
-            lambda one: replace(one, targets=(TargetChange(0, ((0.0, 0.0, 1.0), (1.0, -math.inf, 1.0))),)),
-            "the target of UAV 1 from round 0 on has y=-inf, which is not a finite number",
         ),
         (
             lambda one: replace(one, redraw=Redraw(5, Fraction(1, 5), 0)),

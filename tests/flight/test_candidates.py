@@ -13,6 +13,7 @@ import pytest
 from tests.flight import oracle
 from tests.flight.flights import Recording, record, recorded, scenario
 from tests.flight.settings import flown, hover, lattice, limits, setting
+from tests.points import points
 
 from swarmproof.assess.candidates import Candidates, closest_at_samples, tracked
 from swarmproof.assess.observing import View, observe_round
@@ -140,8 +141,8 @@ def test_every_distance_is_the_oracles(what: tuple[str, int, str, int, int, str,
 
 def test_the_first_sample_is_seen_in_flights() -> None:
     """Of UAVs that part, the first sample is the closest one: it counts in trackers, and is seen."""
-    a, b = (-0.14, 0.0, 1.0), (0.14, 0.0, 1.0)
-    parting = record(setting(scenario([a, b], {0: [(-1.0, 0.0, 1.0), (1.0, 0.0, 1.0)]}), 2), "none", 5)
+    near, far = (points((-x, 0.0, 1.0), (x, 0.0, 1.0)) for x in (0.14, 1.0))
+    parting = record(setting(scenario(near, {0: far}), 2), "none", 5)
     assert_seen(parting)
     assert any(seen.known and seen.known.time == F(seen.k, 5) for seen in observed(parting)[1:])
 

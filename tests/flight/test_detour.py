@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.flight.settings import lattice, setting
 from tests.margin.settings import examples
+from tests.points import points
 
 from swarmproof.assess.judge import FlightVerdict, Flown
 from swarmproof.assess.run import fly
@@ -276,7 +277,7 @@ def head_on(
 ) -> Seen:
     """Fly two UAVs head on, exactly: everything is symmetric but their numbers."""
     units = lattice()
-    starts = ((-0.6, 0.0, 1.0), (0.6, 0.0, height))
+    starts = points((-0.6, 0.0, 1.0), (0.6, 0.0, height))
     targets = (TargetChange(0, starts[::-1]),)
     scenario = Scenario("head on", units.parameters, units.horizon, Weights(), starts, targets, rounds, choices=choices)
     what = setting(scenario, cus, seed, trigger=trigger)

@@ -14,6 +14,7 @@ import pytest
 from tests.flight.flights import Buggy, losses_in, planner_of, record, scenario, violated
 from tests.flight.settings import hover, setting
 from tests.flight.test_judge import forgets_the_older_entry, gives_up
+from tests.points import points
 
 from swarmproof.assess import exhaustive
 from swarmproof.assess.exhaustive import Decided, Exhaustive, Verdict, explore_flights, outcomes, parse_rounds
@@ -52,7 +53,7 @@ def found(what: Setting, rounds: int) -> Exhaustive:
 CROSSING, ONE_CU = setting("crossing", 2), setting("crossing", 1)
 IGNORING = setting("crossing", 2, semantics="ignore-loss")
 #: Two UAVs that get new targets in round 1, which their CU hears of or does not.
-_A, _B, _C = (-0.6, 0.0, 1.0), (0.6, 0.05, 1.0), (0.0, 1.0, 1.0)
+_A, _B, _C = points((-0.6, 0.0, 1.0), (0.6, 0.05, 1.0), (0.0, 1.0, 1.0))
 TURNING = setting(scenario([_A, _B], {0: [_A, _B], 1: [_C, _A]}), 1)
 
 
@@ -458,7 +459,7 @@ def test_a_planner_that_gives_up_is_found(monkeypatch: pytest.MonkeyPatch) -> No
 
 def test_a_dip_between_the_samples_is_found() -> None:
     """References that come closer than d_min after some rounds violate eq. (2), which says where and when."""
-    a, b = (-0.2, 0.0, 1.0), (0.2, 0.0, 1.0)
+    a, b = points((-0.2, 0.0, 1.0), (0.2, 0.0, 1.0))
     near, wide = scenario([a, b], {0: [b, a]}), scenario([a, b], {0: [b, a]}, "d_min=0.3")
     for what, is_violated in ((near, False), (wide, True)):
         whole = found(setting(what, 1), 4)

@@ -19,6 +19,7 @@ from tests.flight.flights import (
     violated,
 )
 from tests.flight.settings import flown, setting
+from tests.points import at, points
 
 from swarmproof.assess import separation
 from swarmproof.assess.between import Closest, closest
@@ -32,25 +33,26 @@ from swarmproof.flight.state import Attempt, FlightState, Name, Round
 from swarmproof.mlr.algorithm1 import CuState
 from swarmproof.mlr.event_trigger import NO_OPINION
 from swarmproof.mlr.messages import HOVERING, EmptyMessage, Metadata
-from swarmproof.motion.lattice import Floats
+from swarmproof.motion.lattice import Floats, Lattice
 from swarmproof.planning.detour import Detour
 from swarmproof.planning.plan import Plan
 from swarmproof.planning.planner import Planned
 from swarmproof.planning.problem import Task
 from swarmproof.planning.solvers import Status
 from swarmproof.planning.trigger import Trigger
+from swarmproof.scenario.points import Point
 from swarmproof.scenario.scenario import load
 from swarmproof.semantics.switches import PRESETS, SWITCHES, BadInput, Semantics
 
 #: Three UAVs, of which two swap places in round 5.
-A, B, C = (-0.8, 0.0, 1.0), (0.8, 0.3, 1.2), (0.0, 1.2, 1.0)
+A, B, C = points((-0.8, 0.0, 1.0), (0.8, 0.3, 1.2), (0.0, 1.2, 1.0))
 CHANGE = 5
 SWAP = scenario([A, B, C], {0: [A, B, C], CHANGE: [B, A, C]})
 
 
-def known_targets(state: FlightState, w: int) -> list[tuple[float, float, float] | None]:
+def known_targets(state: FlightState, w: int) -> list[Point | None]:
     """Return the targets that CU w knows."""
-    return [target.point for target in state.knowledge[w].targets]
+    return [None if target.point is None else at(*target.point) for target in state.knowledge[w].targets]
 
 
 # Targets
@@ -63,7 +65,7 @@ def test_targets_are_learned_a_round_later() -> None:
         expected = [A, B, C] if k <= CHANGE else [B, A, C]
         assert [known_targets(round_.before, w) for w in range(2)] == [expected, expected]
         for attempt in round_.computed.attempts:
-            assert attempt is None or tuple(attempt.task.target) == expected[attempt.task.i]
+            assert attempt is None or at(*attempt.task.target) == expected[attempt.task.i]
 
 
 def test_a_jammed_cu_keeps_the_old_targets() -> None:
@@ -100,8 +102,8 @@ def test_nobody_knows_the_targets_of_an_unknown_start() -> None:
 def test_a_plan_for_the_old_target_is_none_for_the_new_one() -> None:
     """A UAV planned in the round in which its target changes, still for the old one, is not taken for deadlocked."""
     # each UAV alone in its corner, where nothing moves near it, and at its target
-    there = (0.8, -0.8, 1.0)
-    corners = scenario([A, there], {0: [A, there], 4: [(-0.8, 0.5, 1.0), (0.8, -0.4, 1.0)]})
+    there = at(0.8, -0.8, 1.0)
+    corners = scenario([A, there], {0: [A, there], 4: points((-0.8, 0.5, 1.0), (0.8, -0.4, 1.0))})
     rounds = record(setting(corners, 1), "none", 9).rounds
     assert [attempt.task.i for _, _, attempt, _ in new_plans(rounds[4:])] == [0, 1, 0, 1, 0]
     for round_ in rounds[5:]:
@@ -356,22 +358,23 @@ def test_a_flight_needs_priorities() -> None:
         Setting(SWAP, 2, Trigger.HT, Semantics.parse("guarded"), 0).flight()
 
 
-def test_starts_are_checked_on_the_lattice() -> None:
-    """Starts that are d̂_min apart, but not after rounding to the lattice, are refused in one sentence."""
-    unit = setting("crossing").flight().lattice.position_unit
-    quarter = Fraction(1, 4) / unit
-    for n in range(1, 1000):
-        x, y = int(quarter * n / 1000), 0
-        while x**2 + (y + 1) ** 2 < quarter**2:
-            y += max(1, int((float(quarter**2 - x**2) ** 0.5 - y) // 2))
-        # the last lattice point inside of the circle, and a place a little further out that is rounded to it
-        outside = [float((x + Fraction(49, 100)) * unit), float((y + Fraction(49, 100)) * unit), 1.0]
-        squared = sum(Fraction(value) ** 2 for value in outside[:2])
-        if x**2 + y**2 < quarter**2 and squared >= Fraction(1, 16):
-            break
-    start = scenario([(0.0, 0.0, 1.0), (outside[0], outside[1], 1.0)], {0: [A, B]})
-    with pytest.raises(BadInput, match="UAVs 0 and 1 are d_hat_min apart before they are rounded"):
-        setting(start).flight().initial()
+def test_starts_are_apart_on_the_lattice() -> None:
+    """Starts d̂_min apart are so on the flight's lattice, though not on the usual one; with more digits, none holds."""
+    usual = setting("crossing").flight().lattice
+    # 0.1344² + 0.2108² = 0.25², and a nanometre further
+    starts = points((1e-9, 0.0, 1.0), (0.134400001, 0.2108, 1.0))
+
+    def squared(units: Lattice) -> Fraction:
+        (ax, ay, _), (bx, by, _) = units.hovers(starts).tolist()
+        x, y = (Fraction(a - b) * units.position_unit for a, b in ((ax, bx), (ay, by)))
+        return x**2 + y**2
+
+    flight = setting(scenario(starts, {0: [A, B]})).flight()
+    assert squared(usual) < squared(flight.lattice) == Fraction(1, 16)
+    hovers = [plan.positions[0].tolist() for plan in flight.initial().plans.values()]
+    assert hovers == flight.lattice.hovers(starts).tolist()
+    with pytest.raises(BadInput, match="write the starts with at most 9 decimals, such as"):
+        setting(scenario([starts[0], at(0.1344000010000001, *starts[1][1:])], {0: [A, B]})).flight()
 
 
 # Repeatability

@@ -29,6 +29,7 @@ import pytest
 from tests.flight import oracle
 from tests.flight.flights import Buggy, Recording, Tamper, planner_of, record, recorded, scenario, undecided, violated
 from tests.flight.settings import flown, limits, setting
+from tests.points import points
 
 from swarmproof.assess.judge import PATIENCE, FlightVerdict
 from swarmproof.assess.run import Setting
@@ -326,7 +327,7 @@ def test_separations_are_the_oracles(what: What) -> None:
 
 def test_a_late_approach_is_found_where_it_is() -> None:
     """If the UAVs come close after many rounds only, place and time of it are those of that round."""
-    a, b = (-0.6, 0.0, 1.0), (0.6, 0.05, 1.0)
+    a, b = points((-0.6, 0.0, 1.0), (0.6, 0.05, 1.0))
     recording = record(setting(scenario([a, b], {0: [a, b], 70: [b, a]}), 1), "none", 90)
     result, units = recording.flown, recording.flight.lattice
     _, time = result.closest_pair
@@ -458,7 +459,7 @@ def _away(recording: Recording) -> list[bool]:
 
 def test_arrival_counts_from_the_last_change_of_targets() -> None:
     """A flight has arrived when all UAVs were within 5 cm at once; what was before the last change does not count."""
-    a, b = (-0.8, 0.0, 1.0), (0.8, 0.3, 1.2)
+    a, b = points((-0.8, 0.0, 1.0), (0.8, 0.3, 1.2))
     swap = scenario([a, b], {0: [a, b], 20: [b, a]})
     recording = record(setting(swap, 2), "none", 60)
     away = _away(recording)
@@ -490,7 +491,7 @@ def test_a_swarm_has_to_arrive_in_time_only_if_it_can() -> None:
 
 def test_patience_begins_anew_with_new_targets() -> None:
     """Trajectories that were adopted before the targets changed last do not count."""
-    a, b, c = (-0.8, 0.0, 1.0), (0.8, 0.3, 1.2), (0.0, 1.0, 1.0)
+    a, b, c = points((-0.8, 0.0, 1.0), (0.8, 0.3, 1.2), (0.0, 1.0, 1.0))
     needed = int(2 * PATIENCE)
     moving = setting(scenario([a, b], {0: [b, a], needed - 10: [c, b]}), 1)
     stuck = record(moving, "none", needed + 20, Buggy(planner_of(moving), never_moves)).flown

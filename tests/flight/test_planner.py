@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from itertools import product
 
 import numpy as np
@@ -28,6 +29,7 @@ from tests.flight.settings import (
     wander,
 )
 from tests.margin.settings import TILTED
+from tests.points import points
 
 from swarmproof.assess.judge import FlightVerdict, Flown
 from swarmproof.assess.run import Setting, fly
@@ -37,6 +39,7 @@ from swarmproof.planning.plan import Plan
 from swarmproof.planning.planner import Planned, Planner, hovering
 from swarmproof.planning.problem import Task
 from swarmproof.planning.solvers import Solver, Status
+from swarmproof.scenario.points import Point
 from swarmproof.scenario.scenario import Scenario, TargetChange, Weights
 
 SHORT = lattice(horizon=5)
@@ -347,16 +350,16 @@ def test_contacts_do_not_stop_the_planner(selected: tuple[int, ...]) -> None:
 def grid(spacing: float) -> Setting:
     """Return a flight of nine UAVs that start in a grid and spread out."""
 
-    def points(apart: float) -> tuple[tuple[float, float, float], ...]:
-        return tuple((x * apart, y * apart, 1.0) for x, y in product((-1, 0, 1), repeat=2))
+    def spread(apart: float) -> tuple[Point, ...]:
+        return points(*((x * apart, y * apart, 1.0) for x, y in product((-1, 0, 1), repeat=2)))
 
     scenario = Scenario(
         "grid",
         UNITS.parameters,
         HORIZON,
         Weights(),
-        points(spacing),
-        (TargetChange(0, points(0.6)),),
+        spread(spacing),
+        (TargetChange(0, spread(0.6)),),
         60,
     )
     return setting(scenario)
@@ -417,7 +420,7 @@ def test_starts_are_rounded_into_the_space() -> None:
     moved = 0
     for n in (3, 5, 7, 9, 11):
         units = lattice(f"workspace=-1/{n},1/{n},-1/{n},1/{n},1/{n},3")
-        starts = [(-1 / n, 1 / n, 1 / n), (0.01, 0.02, 0.4)]
+        starts = points((Fraction(-1, n), Fraction(1, n), Fraction(1, n)), (0.01, 0.02, 0.4))
         walls, inside = (plan.positions[0] for plan in hovering(units, starts))
         assert (walls >= units.low).all()
         assert (walls <= units.high).all()

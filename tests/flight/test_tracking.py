@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from tests.flight.flights import scenario, violated
 from tests.flight.settings import lattice, setting
+from tests.points import points
 
 from swarmproof.assess.judge import FlightVerdict, Flown
 from swarmproof.assess.run import fly
@@ -162,7 +163,7 @@ def test_a_small_error_is_no_collision() -> None:
 
 def test_a_large_error_is_a_collision() -> None:
     """With errors of 20 cm, UAVs that hover close to each other collide, though their references do not."""
-    row = [(0.3 * n, 0.0, 1.0) for n in range(5)]
+    row = points(*((Fraction(3 * n, 10), 0.0, 1.0) for n in range(5)))
     what = setting(scenario(row, {0: row}), 2, 0)
     windy = setting(scenario(row, {0: row}, "tracking_error=0.2"), 2, 0)
     result = fly(windy, parse("none", 5, 2, 0), 30)[0]
@@ -175,7 +176,7 @@ def test_a_large_error_is_a_collision() -> None:
 
 def test_errors_repeat_with_the_seed() -> None:
     """A flight with errors repeats, and its errors are not those of another seed."""
-    row = [(0.3 * n, 0.0, 1.0) for n in range(3)]
+    row = points(*((Fraction(3 * n, 10), 0.0, 1.0) for n in range(3)))
     windy = scenario(row, {0: row}, "tracking_error=0.2")
 
     def why(seed: int) -> str:
