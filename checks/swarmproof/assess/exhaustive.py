@@ -245,6 +245,7 @@ class _Search:
             known.patterns += patterns * reached.patterns
             if lost < known.lost:
                 known.lost, known.way = lost, this.way
+            self._instances.see(observed)
             self._sampled.take(observed.flown)
             self._tracked.take(observed.learned)
             for claim in FLIGHT_CLAIMS:
