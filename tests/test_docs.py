@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from tests.verdict_table import render
 
-from swarmproof.cli import _parser, main
+from swarmproof.cli import parser, main
 from swarmproof.semantics.switches import PRESETS, SWITCHES
 
 ROOT = Path(__file__).parent.parent
@@ -62,6 +62,6 @@ def test_commands_can_be_given(document: Path) -> None:
         words = shlex.split(command.replace(" TRACE", " trace.json"))[1:]
         if len(words) == 1:  # a command's name, not a whole command line
             with pytest.raises(SystemExit, match="0"):
-                _parser().parse_args([*words, "--help"])
+                parser().parse_args([*words, "--help"])
         else:
-            _parser().parse_args(words)
+            parser().parse_args(words)

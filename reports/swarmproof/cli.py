@@ -75,25 +75,26 @@ class _Parser(argparse.ArgumentParser):
         return known, rest
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of the command line."""
+    program = _Parser(
         prog="swarmproof",
         description="Checks whether a distributed swarm controller is as safe as its paper says.",
         epilog="Exit codes: 0 well, 1 some claim violated (--matrix, audit: some verdict changed; margin: (26) fails), "
         "2 bad input, 3 undecided.",
         allow_abbrev=False,
     )
-    parser.add_argument("--version", action="version", version=f"swarmproof {version('swarmproof')}")
-    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    program.add_argument("--version", action="version", version=f"swarmproof {version('swarmproof')}")
+    commands = program.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for command in (verify, fly, margin, audit, reproduce, claims, replay):
         command.add_parser(commands)
-    return parser
+    return program
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit code."""
     try:
-        options = _parser().parse_args(arguments)
+        options = parser().parse_args(arguments)
         code: int = options.run(options)
         sys.stdout.flush()
         return code

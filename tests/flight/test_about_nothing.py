@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
@@ -24,7 +25,7 @@ from swarmproof.verify.decide import Scope, Verdict, verify
 PROTOCOL = [claim for claim in CLAIMS if claim.kind is Kind.SAFETY]
 #: A mark for each verdict: of what was seen, of nothing, and of what is open.
 MARKS = {FlightVerdict.NOT_VIOLATED: "+", FlightVerdict.NOT_APPLICABLE: "-", FlightVerdict.UNDECIDED: "?"}
-NAMES = [claim.id for claim in (*PROTOCOL, *FLIGHT_CLAIMS)]
+NAMES = [*(claim.id for claim in PROTOCOL), *(claim.id for claim in FLIGHT_CLAIMS)]
 
 
 def never_plans(plans: Plans, task: Task) -> Planned:
@@ -44,7 +45,7 @@ def crossing(cus: int = 2) -> Setting:
 
 #: Flights in which little or nothing happens, and what the claims, in the order of NAMES, say of them. After one round
 #: of the first, all trackers are deprecated; in its round 0, both CUs plan.
-FLIGHTS = {
+FLIGHTS: dict[str, tuple[Callable[[], tuple[Judged, ...]], str]] = {
     "everything is lost": (lambda: flown(crossing(), "iid:1", 60), "------++------"),
     "one round": (lambda: flown(crossing(), "none", 1), "++-+++++------"),
     "no plan comes out": (

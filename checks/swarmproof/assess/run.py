@@ -128,6 +128,9 @@ def _split(texts: Iterable[str]) -> tuple[list[str], list[str]]:
     for text in texts:
         name = text.partition("=")[0]
         if name == "event_trigger":
-            raise BadInput("--set event_trigger does not go with flights, in which --trigger says whom the CUs plan")
+            raise BadInput(
+                "--set event_trigger does not go with flights, in which --trigger says whom the CUs plan, such as "
+                "--trigger RR"
+            )
         (switches if name in SWITCHES else changes).append(text)
     return switches, changes

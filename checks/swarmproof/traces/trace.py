@@ -150,7 +150,10 @@ def load(path: Path) -> Trace:
         trace = msgspec.json.decode(data, type=Trace)
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
         reason = "".join(c if c.isprintable() else "?" for c in str(error))  # it may quote what the file says
-        raise BadInput(f"{path} is no trace ({reason}); give one that `verify --report` wrote") from None
+        raise BadInput(
+            f"{path} is no trace of swarmproof ({reason}); give one that `verify --report` wrote, such as "
+            "out/lemma-1.trace.json"
+        ) from None
     if trace.schema != SCHEMA or trace.system != SYSTEM:
         raise BadInput(f"{path} is a {trace.schema!r} of {trace.system!r}; this version reads {SCHEMA} of {SYSTEM}")
     return trace

@@ -109,7 +109,10 @@ def run(options: argparse.Namespace) -> int:
     limits = _limits(options, kind)
     if kind == "exhaustive":
         if options.rounds is not None:
-            raise BadInput("--rounds does not go with --loss exhaustive:ROUNDS, which says how many rounds are flown")
+            raise BadInput(
+                "--rounds does not go with --loss exhaustive:ROUNDS, which says how many rounds are flown, "
+                "such as exhaustive:4"
+            )
         if options.positions is not None:
             raise BadInput(
                 "--positions goes with one flight, not with --loss exhaustive:ROUNDS: fly the losses that --report "

@@ -177,9 +177,16 @@ def _check(options: argparse.Namespace, console: Console) -> int:
     try:
         content = json.loads(path.read_bytes())
     except OSError as error:
-        raise BadInput(f"the certificate {path} cannot be read: {error.strerror}") from None
+        raise BadInput(
+            f"the certificate {path} cannot be read: {error.strerror}; give a file that --certificate has written"
+        ) from None
     except (ValueError, RecursionError):
         raise BadInput(f"{path} is no JSON: give a file that --certificate has written") from None
+    if not isinstance(content, dict) or "schema" not in content:
+        raise BadInput(
+            f"{path} is JSON, but no certificate of swarmproof: give a file that --certificate has written, such as by "
+            "`swarmproof margin --certificate margin.json`"
+        )
     try:
         found = from_certificate(content)
     except Rejected as rejected:
@@ -194,7 +201,9 @@ def _check(options: argparse.Namespace, console: Console) -> int:
 
 def _sweep(options: argparse.Namespace, base: Parameters, reading: Reading, console: Console) -> int:
     if options.certificate is not None or options.solve_for is not None:
-        raise BadInput("--sweep goes neither with --certificate (use --results) nor with --solve-for")
+        raise BadInput(
+            "--sweep goes neither with --certificate nor with --solve-for: give --results DIR for its certificates"
+        )
     axes = [Axis.parse(text) for text in options.sweep]
     sets = problems(base, reading, axes, options.changes)
     _claim(options)

@@ -174,7 +174,10 @@ def _run_matrix(options: argparse.Namespace, console: Console, limits: Limits) -
 
     for option in ("set", "claim"):
         if getattr(options, option):
-            raise BadInput(f"--{option} does not go with --matrix, which verifies all claims as recorded")
+            raise BadInput(
+                f"--{option} does not go with --matrix, which verifies all claims as recorded: choose among its rows, "
+                "such as --matrix --uavs 2 --semantics guarded"
+            )
     rows = select_rows(load_matrix(), options.uavs, options.cus, options.semantics)
     folder = _claim_outputs(options)
     bar = Progress(

@@ -172,7 +172,9 @@ class Scenario:
                 "must be smaller than it, the second smaller than half of it"
             )
         if not self.targets or self.targets[0].round != 0:
-            raise BadInput("there are no targets from round 0 on: the first of the targets must have round = 0")
+            raise BadInput(
+                "there are no targets from round 0 on: the first of the targets must have round = 0, so write round = 0"
+            )
         for earlier, later in zip(self.targets, self.targets[1:], strict=False):
             if later.round <= earlier.round:
                 raise BadInput(
@@ -185,7 +187,8 @@ class Scenario:
         for c, change in enumerate(self.targets):
             if len(change.points) != self.uavs:
                 raise BadInput(
-                    f"there are {self.uavs} starts, but {len(change.points)} targets from round {change.round} on"
+                    f"there are {self.uavs} starts, but {len(change.points)} targets from round {change.round} on: "
+                    "give one target for each UAV"
                 )
             check_within("target", f" from round {change.round} on", change.points, space)
             if self.begin == BEGINNINGS[0]:
@@ -350,7 +353,7 @@ def check_apart(what: str, when: str, points: Sequence[Point], parameters: Param
         anyhow = ', or begin = "anyhow" to see what becomes of it'
         raise BadInput(
             f"the {what}s of UAV {i} and UAV {j}{when} are too close: their scaled distance is {distance} m, "
-            f"but d_hat_min={exact_text(parameters.d_hat_min)} m is needed{anyhow}"
+            f"but at least d_hat_min={exact_text(parameters.d_hat_min)} m is needed{anyhow}"
         )
 
 

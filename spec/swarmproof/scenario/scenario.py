@@ -172,7 +172,10 @@ def _scenario(table: Table, seed: int, changes: Iterable[str]) -> Scenario:
     changing = [as_table(raw, "[[targets]]") for raw in targets]
     if "uavs" in own:
         if any("positions" in part for part in (start, *changing)):
-            raise BadInput("uavs cannot be changed, since the positions are given one by one")
+            raise BadInput(
+                "uavs cannot be changed, since the positions are given one by one: give a formation to have a number, "
+                'such as formation = "circle"'
+            )
         start = {**start, "uavs": own["uavs"]}
     rounds = whole(table, "rounds", 1, MOST_ROUNDS)
     hold = whole(own, "hold", 1, MOST_ROUNDS // len(changing)) if "hold" in own else None

@@ -65,7 +65,8 @@ class Semantics:
                 raise BadInput(f"switch {name} has no value {value!r}: it takes {_one_of(values)}")
         if self.loss_handling == "ignore" and self.initial != "known":
             raise BadInput(
-                "loss_handling=ignore needs initial=known: without recovery, a CU that knows nothing learns nothing"
+                "loss_handling=ignore needs initial=known: without recovery, a CU that knows nothing learns nothing; "
+                "give both, such as --semantics ignore-loss"
             )
 
     @classmethod

@@ -117,7 +117,9 @@ def read_toml(path: str | os.PathLike[str], kind: str, line: str, most_bytes: in
             content = file.read(most_bytes + 1)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
-        raise BadInput(f"cannot read the {kind} {place}: {reason}") from None
+        raise BadInput(
+            f"cannot read the {kind} {place}: {reason}; give a TOML file with lines such as {line}"
+        ) from None
     if len(content) > most_bytes:
         raise BadInput(f"{place} is too long for a {kind}: {most_bytes} bytes are the most")
     try:

@@ -310,14 +310,14 @@ def _read(name: str, raw: object) -> object:
         if pattern == "3":
             return diagonal((numbers[0], numbers[1], numbers[2]))
         if pattern not in ("9", "rows of 3 3 3"):
-            raise BadInput(f"{name} takes 1 number, the 3 of its diagonal or all 9, row by row")
+            raise BadInput(f"{name} takes 1 number, the 3 of its diagonal or all 9, row by row, such as 1,1,1/6")
         return tuple(tuple(numbers[row : row + 3]) for row in (0, 3, 6))
     if name in _BOUNDS:
         if pattern not in ("1", "3"):
-            raise BadInput(f"{name} takes one number, or three for x, y and z")
+            raise BadInput(f"{name} takes one number, or three for x, y and z, such as 1,1,0.5")
         return _axes(numbers[0]) if pattern == "1" else tuple(numbers)
     if pattern != "1":
-        raise BadInput(f"{name} takes one number")
+        raise BadInput(f"{name} takes one number, such as {_compact(name, getattr(PUBLISHED, name) or Fraction(1))}")
     return int(numbers[0]) if name == "order" and numbers[0].denominator == 1 else numbers[0]
 
 
@@ -364,7 +364,10 @@ def _check(name: str, value: Any) -> None:
     if name == "workspace" and value is not None:
         for axis, (low, high) in zip("xyz", value, strict=True):
             if low is not None and high is not None and low > high:
-                raise BadInput(f"workspace has a low {axis}={exact_text(low)} above its high {axis}={exact_text(high)}")
+                raise BadInput(
+                    f"workspace has a low {axis}={exact_text(low)} above its high {axis}={exact_text(high)}: "
+                    "write the lower one first, such as [-2, 2]"
+                )
 
 
 def _check_definite(name: str, matrix: Matrix) -> None:
