@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from tests.verdict_table import render
 
-from swarmproof.cli import parser, main
+from swarmproof.cli import main, parser
 from swarmproof.semantics.switches import PRESETS, SWITCHES
 
 ROOT = Path(__file__).parent.parent
