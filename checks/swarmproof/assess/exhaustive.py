@@ -171,7 +171,7 @@ class _Search:
         self._protocol = [c for c in CLAIMS if c.kind is Kind.SAFETY and c.applies_to(setting.semantics)]
         self._broken: dict[str, tuple[_Reached, Broken, Approach | Dip | None]] = {}
         self._sampled, self._tracked = Smallest(), Smallest()
-        self._instances = Instances(self._protocol)
+        self._instances = Instances(self._protocol, setting.scenario.begins_too_close)
         #: the closest approach of references that is too close to d_min to tell, and in how many swarms some moved
         self._close: Dip | None = None
         self._underway = 0
@@ -300,6 +300,8 @@ class _Search:
         broken = self._broken.get(claim.id)
         whole = self._whole()
         instances = self._instances.number(claim, whole)
+        if why := self._instances.excused(claim):
+            return Decided(claim, Verdict.NOT_APPLICABLE, why)
         if broken is not None:
             reached, first, approach = broken
             why = where(first) + first.why

@@ -14,14 +14,19 @@ from swarmproof.claims.registry import Claim
 class Instances:
     """Counts, over rounds, what the claims are about.
 
+    Args:
+        protocol: the claims about trackers and CUs.
+        begins_too_close: which UAVs start closer than Remark 2 says, in words; empty if none do.
+
     Attributes:
         about: by id of a claim about rounds or swarms, in how many places so far there was something it speaks of.
         unsolved: by id of a claim about rounds, how many of them a limit of ours left undecided, and the first: (round,
             where).
     """
 
-    def __init__(self, protocol: Iterable[Claim]) -> None:
+    def __init__(self, protocol: Iterable[Claim], begins_too_close: str = "") -> None:
         self._protocol = list(protocol)
+        self._begins_too_close = begins_too_close
         self.about: Counter[str] = Counter()
         self.unsolved: dict[str, tuple[int, tuple[int, Broken]]] = {}
 
@@ -33,6 +38,12 @@ class Instances:
             if claim.unsolved is not None and (left := claim.unsolved(observed)):
                 number, first = self.unsolved.get(claim.id, (0, (observed.k, left[0])))
                 self.unsolved[claim.id] = number + len(left), min(first, (observed.k, left[0]))
+
+    def excused(self, claim: Claim | FlightClaim) -> str:
+        """Return why the claim says nothing of this flight, whatever is flown; empty if it does."""
+        if self._begins_too_close and isinstance(claim, FlightClaim) and claim.from_start:
+            return f"its assumption, Remark 2, fails: {self._begins_too_close}"
+        return ""
 
     def see_swarm(self, swarm: ObservedSwarm) -> None:
         """Count what the trackers and CUs of one more swarm have."""

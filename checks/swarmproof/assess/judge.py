@@ -133,6 +133,7 @@ class Flown:
         last_adoption: the last new trajectory that a UAV adopted (of several in one round, the lowest UAV); None if
             none did.
         stopped: why the flight ended before the round that was asked for; None if it did not.
+        beginning: what became of a beginning in violation of Remark 2, as a sentence; empty if it was none.
     """
 
     rounds: int
@@ -148,6 +149,7 @@ class Flown:
     claims: tuple[Judged, ...]
     last_adoption: Adoption | None = None
     stopped: str | None = None
+    beginning: str = ""
 
     @property
     def violated(self) -> bool:
@@ -175,7 +177,9 @@ class Judge:
         self._lattice = flight.lattice
         self._tallies: dict[str, _Tally] = {}
         self._protocol = [c for c in CLAIMS if c.kind is Kind.SAFETY and c.applies_to(flight.semantics)]
-        self._instances = Instances(self._protocol)
+        self._begins_too_close = flight.scenario.begins_too_close
+        self._instances = Instances(self._protocol, self._begins_too_close)
+        self._last_too_close = -1
         self._recent: deque[Round] = deque(maxlen=REMEMBERED)
         self._view = View.of(flight.lattice, start)
         self._references = Separation(flight.lattice, flight.scenario.parameters.d_min)
@@ -212,6 +216,8 @@ class Judge:
         for protocol_claim in self._protocol:
             self._tally(protocol_claim.id, after, protocol_claim.broken_in(seen))
         self._sampled.take(observed.flown)
+        if observed.flown is not None and observed.flown.square < observed.d_hat_min**2:
+            self._last_too_close = observed.k
         self._tracked.take(observed.learned)
         pieces = reference_pieces(self._lattice, flown.before)
         self._references.add(pieces)
@@ -253,7 +259,18 @@ class Judge:
             self._lost,
             tuple(self._judged(claim, whole) for claim in asked),
             self._last_adoption,
+            beginning=self._beginning(),
         )
+
+    def _beginning(self) -> str:
+        """Return what became of a beginning in violation of Remark 2, as a sentence; empty if it was none."""
+        if not self._begins_too_close:
+            return ""
+        end = self._last_too_close + 1
+        out = "Not all get d_hat_min apart for good in this flight."
+        if end < self._rounds:
+            out = f"All are d_hat_min apart at samples from round {end} on."
+        return f"It begins in violation: {self._begins_too_close}. {out}"
 
     def _references_at(self, dip: Dip) -> Approach | None:
         """Return whose references come so close in `dip`; None if that round is forgotten."""
@@ -267,6 +284,8 @@ class Judge:
 
     def _judged(self, claim: Claim | FlightClaim, whole: ObservedFlight) -> Judged:
         instances = self._instances.number(claim, whole)
+        if why := self._instances.excused(claim):
+            return Judged(claim, FlightVerdict.NOT_APPLICABLE, why)
         tally = self._tallies.get(claim.id)
         if tally is not None:
             why = where(tally.first) + tally.first.why

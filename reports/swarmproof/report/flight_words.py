@@ -50,6 +50,7 @@ def summary(flown: Flown) -> list[str]:
     tracked = "" if flown.tracked is None else f"; of all trajectories in valid trackers {flown.tracked:.6f} m"
     qps = flown.qps
     return [
+        *([flown.beginning] if flown.beginning else []),
         f"Smallest scaled distance of references: {flown.sampled:.6f} m at samples{tracked}; at any time at least "
         f"{flown.continuous_lower:.6f} m (UAVs {i} and {j}, {time:.2f} s).",
         f"{qps.solved} optimization problems solved, {qps.rejected} answers rejected, {qps.infeasible} infeasible; "
@@ -81,6 +82,7 @@ def document(setting: Setting, loss: str, flown: Flown, seconds: float) -> str:
     separation = {"sampled": flown.sampled, "continuous_lower": flown.continuous_lower}
     content = {
         **_header(setting, loss, flown.rounds, separation, qps),
+        **({"beginning": flown.beginning} if flown.beginning else {}),
         "arrived": flown.arrived,
         "rounds_to_arrival": flown.rounds_to_arrival,
         "last_adoption": None if flown.last_adoption is None else flown.last_adoption._asdict(),

@@ -253,6 +253,7 @@ class FlightClaim:
         unsolved: of a claim about rounds, where a limit of ours leaves it undecided.
         fails: of a claim about flights, why its assumption fails; empty if it does not.
         too_close: the same, why our bounds do not decide it; empty if they do.
+        from_start: whether it assumes that the swarm begins as Remark 2 says.
     """
 
     id: str
@@ -267,6 +268,7 @@ class FlightClaim:
     unsolved: Callable[[ObservedRound], list[Broken]] | None = None
     fails: Callable[[ObservedFlight], str] | None = None
     too_close: Callable[[ObservedFlight], str] | None = None
+    from_start: bool = False
 
 
 def _one_if(approach: ApproachOf) -> Callable[[ObservedRound], int]:
@@ -288,6 +290,7 @@ FLIGHT_CLAIMS: tuple[FlightClaim, ...] = (
         approach=attrgetter("learned"),
         about=_one_if(attrgetter("learned")),
         nothing="after no round did valid trackers hold trajectories of two UAVs",
+        from_start=True,
     ),
     FlightClaim(
         "theorem-1",
@@ -340,6 +343,7 @@ FLIGHT_CLAIMS: tuple[FlightClaim, ...] = (
         approach=attrgetter("flown"),
         about=lambda seen: bool(seen.underway),
         nothing=_NOBODY_LEFT,
+        from_start=True,
     ),
     FlightClaim(
         "eq-2",
@@ -349,6 +353,7 @@ FLIGHT_CLAIMS: tuple[FlightClaim, ...] = (
         in_flight=references_apart,
         fails=nobody_left,
         too_close=too_close_to_tell(attrgetter("references")),
+        from_start=True,
     ),
     FlightClaim(
         "eq-2-actual",
@@ -358,6 +363,7 @@ FLIGHT_CLAIMS: tuple[FlightClaim, ...] = (
         in_flight=actual_apart,
         fails=follows_references,
         too_close=too_close_to_tell(attrgetter("actual")),
+        from_start=True,
     ),
     FlightClaim(
         "arrives",
