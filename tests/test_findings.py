@@ -77,6 +77,10 @@ SHOWN = {
         0,
         "circle, 16 UAVs, 3 CUs, 60 rounds: no claim violated",
     ),
+    "swarmproof fly crossing --set d_hat_min=1.3 --set begin=anyhow --rounds 40": (
+        0,
+        "0 optimization problems solved, 0 answers rejected, 80 infeasible",
+    ),
     "swarmproof fly random --cus 2 --loss iid:0.07 --semantics printed --seed 8 --rounds 300 --set uavs=16 "
     "--set workspace=-1.4,1.4,-3.7,3.7,0.4,1.8 --set hold=150": (1, "eq-2 violated"),
 }
