@@ -33,7 +33,7 @@ def position(plan: Json, time: float, period: float) -> list[float]:
     p, v, a = list(plan["position"]), list(plan["velocity"]), list(plan["acceleration"])
     left = time - plan["start"]
     for jerk in plan["jerks"]:
-        h = min(period, left)
+        h = max(0.0, min(period, left))
         for x in range(3):
             p[x] += v[x] * h + a[x] * h**2 / 2 + jerk[x] * h**3 / 6
             v[x] += a[x] * h + jerk[x] * h**2 / 2
