@@ -33,7 +33,7 @@ def position(plan: Json, time: float, period: float) -> list[float]:
     p, v, a = list(plan["position"]), list(plan["velocity"]), list(plan["acceleration"])
     left = time - plan["start"]
     for jerk in plan["jerks"]:
-        h = min(period, left)
+        h = max(0.0, min(period, left))
         for x in range(3):
             p[x] += v[x] * h + a[x] * h**2 / 2 + jerk[x] * h**3 / 6
             v[x] += a[x] * h + jerk[x] * h**2 / 2
@@ -159,7 +159,6 @@ def test_the_digest_is_of_everything() -> None:
         replace(one, name="other"),
         replace(one, parameters=one.parameters.with_changes(["v_max=1.9"])),
         replace(one, horizon=16),
-        replace(one, rounds=one.rounds + 1),
         load("random", 4, ["jitter=0.01"]),
         load("random", 3, ["jitter=0.02"]),
         load("random", 3, ["jitter=0.01", "retry=0"]),
@@ -168,7 +167,8 @@ def test_the_digest_is_of_everything() -> None:
     ]
     assert len({digest(other) for other in [one, *others]}) == len(others) + 1
     text = canonical_text(one)
-    assert all(f'"{field.name}"' in text for field in fields(Scenario) if field.compare)
+    assert all(f'"{field.name}"' in text for field in fields(Scenario) if field.compare and field.name != "rounds")
+    assert digest(replace(one, rounds=one.rounds + 1)) == digest(one)
 
 
 def test_what_was_given_does_not_change_the_digest() -> None:

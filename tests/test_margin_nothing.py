@@ -93,12 +93,12 @@ def test_room_for_two(workspace: str, room: bool) -> None:
 
 def test_nothing_is_no_success(capsys: pytest.CaptureFixture[str]) -> None:
     """Exit code 3, not-applicable for both forms of (26), and the reason, in words and in JSON; else none."""
-    content, said = margin(capsys, 3, "--set", "v_max=0", "--reading", "whole-motion")
+    content, said = margin(capsys, 3, "--set", "v_max=0", *QUICK)
     assert content["theorem_3"]["printed"] == content["theorem_3"]["corrected"] == "not-applicable"
     assert content["about_nothing"].startswith("no UAV can move (v_max = 0)")
     assert "about nothing no UAV can move" in said
     assert "holds" not in said
-    content, said = margin(capsys, 0, "--set", "v_max=0.1", "--reading", "whole-motion")
+    content, said = margin(capsys, 0, "--set", "v_max=0.1", *QUICK)
     assert content["about_nothing"] is None
     assert content["theorem_3"]["corrected"] == "holds"
     assert "about nothing" not in said
@@ -106,7 +106,7 @@ def test_nothing_is_no_success(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_nothing_in_a_sweep(capsys: pytest.CaptureFixture[str]) -> None:
     """In a sweep, a set about nothing is no success either."""
-    content, said = margin(capsys, 3, "--sweep", "v_max=0:0.1", "--reading", "whole-motion")
+    content, said = margin(capsys, 3, "--sweep", "v_max=0:0.1", *QUICK)
     assert [one["theorem_3"]["corrected"] for one in content["sets"]] == ["not-applicable", "holds"]
     assert "not-applicable" in said
 
@@ -126,6 +126,7 @@ def test_what_is_given_is_known() -> None:
     assert Parameters.from_exact(one.as_exact()).defaults() == []
 
 
+QUICK = ("--reading", "whole-motion", "--set", "order=2")
 OPTIONAL = ("crash_theta_inverse", "delay")
 
 

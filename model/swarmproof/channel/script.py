@@ -154,7 +154,10 @@ def _content(path: Path) -> dict[str, Any]:
         with path.open("rb") as file:
             data = file.read(MOST_BYTES + 1)
     except (OSError, ValueError) as error:
-        raise BadInput(f"the script {path} cannot be read: {_reason(error)}") from None
+        raise BadInput(
+            f"the script {path} cannot be read: {_reason(error)}; give a file such as DIR/losses.json, which "
+            "`swarmproof fly --loss adversary:20 --report DIR` writes"
+        ) from None
     if len(data) > MOST_BYTES:
         raise BadInput(f"the script {path} is too long: {MOST_BYTES} bytes are the most")
     try:
