@@ -15,7 +15,7 @@ from tests.points import Coordinate, at
 from swarmproof.assess.judge import Counts
 from swarmproof.assess.log import Log
 from swarmproof.assess.run import fly
-from swarmproof.channel.losses import parse
+from swarmproof.channel.grammar import parse
 from swarmproof.flight.place import place
 from swarmproof.motion.lattice import Bounds, Floats
 from swarmproof.scenario.points import moved_points

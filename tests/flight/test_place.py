@@ -21,7 +21,7 @@ from tests.margin.settings import examples
 from tests.points import Coordinate, at, decimal, points
 
 from swarmproof.assess.run import fly
-from swarmproof.channel.losses import parse
+from swarmproof.channel.grammar import parse
 from swarmproof.flight.place import place
 from swarmproof.motion.lattice import COARSEST, FINEST, Lattice
 from swarmproof.scenario.definition import Scenario, TargetChange, Weights
@@ -282,11 +282,10 @@ def test_thirds_cannot_be_placed_or_are_exact() -> None:
 # What cannot be flown
 
 
-def far_apart(rounds: int, *changes: str) -> Scenario:
-    """Return a pair 20 m apart in a large space."""
-    ends = points((-10, 0, 1), (10, 0.1, 1))
+def far_apart(rounds: int, *changes: str, starts: tuple[Point, ...] = points((-10, 0, 1), (10, 0.1, 1))) -> Scenario:
+    """Return a pair 20 m apart in a large space, or others; each wants to where another starts."""
     parameters = Parameters().with_changes(changes)
-    return Scenario("far", parameters, 15, Weights(), ends, (TargetChange(0, ends[::-1]),), rounds)
+    return Scenario("far", parameters, 15, Weights(), starts, (TargetChange(0, starts[::-1]),), rounds)
 
 
 def test_a_clipped_flight_is_as_long_as_its_scenario() -> None:
@@ -331,6 +330,9 @@ def test_too_large_a_flight_is_refused_before_it_begins() -> None:
     assert "fewer rounds" in said
     near = points((NANO, 0, 1), (0.1344000010000001, 0.2108, 1))
     touching = Scenario("near", load("crossing").parameters, 15, Weights(), near, (TargetChange(0, near),), 5)
-    said = refusal(setting(touching).flight)
-    assert "write the starts with at most 9 decimals, such as 0.25" in said
-    assert "\n" not in said
+    fractions = [at(i, F(1, 10**6 + 2 * i + 1), F(i, 997 + i)) for i in range(1, 62)]
+    crowd = far_apart(5, "workspace=-100,100,-100,100,-100,100", starts=(*near, *fractions))
+    for one in (touching, crowd):
+        said = refusal(setting(one).flight)
+        assert "write the starts with at most 9 decimals, such as 0.25" in said
+        assert "\n" not in said
