@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.points import points
+from tests.points import at, points
 
 import swarmproof.scenario.scenario as documented
 from swarmproof.scenario.choices import CHOICES
@@ -201,6 +201,17 @@ def test_closest_pair_is_exact(points: list[Point]) -> None:
     found, i, j = closest_pair(points, PUBLISHED_SCALING)
     assert i < j
     assert found == square(points[i], points[j]) == min(square(a, b) for a, b in combinations(points, 2))
+
+
+def test_closest_pairs_are_found_among_any_fractions() -> None:
+    """Coordinates whose common denominator has hundreds of digits are compared, and so are those that are almost 0."""
+    many = [at(i, Fraction(1, 10**6 + 2 * i + 1), Fraction(i, 997 + i)) for i in range(64)]
+    near = at(many[7][0] + Fraction(1, 10**5 + 3), *many[7][1:])
+    assert math.lcm(*(x.denominator for point in many for x in point)) > 10**310
+    assert closest_pair([*many, near], PUBLISHED_SCALING) == (Fraction(1, 10**5 + 3) ** 2, 7, 64)
+    tiny = Fraction(1, 10**400)
+    row = [at(n * tiny, 0, 0) for n in (0, 4, 7, 9, 12)]
+    assert closest_pair(row, PUBLISHED_SCALING) == ((2 * tiny) ** 2, 2, 3)
 
 
 def test_a_coupled_scaling_is_used() -> None:
@@ -487,7 +498,7 @@ def test_starts_at_exactly_the_distance_are_accepted() -> None:
     scenario = load("crossing")
     touching = replace(scenario, starts=points((0.0, 0.0, 1.0), (0.25, 0.0, 1.0)))
     assert closest_pair(touching.starts, PUBLISHED_SCALING)[0] == Fraction(1, 16)
-    with pytest.raises(BadInput, match=r"distance is 0\.25 \(rounded; a little less\) m, but d_hat_min=0\.25 m"):
+    with pytest.raises(BadInput, match=r"distance is 0\.25 \(rounded; a little less\) m, but at least d_hat_min=0\.25 m"):
         replace(scenario, starts=points((0.0, 0.0, 1.0), (math.nextafter(0.25, 0), 0.0, 1.0)))
 
 

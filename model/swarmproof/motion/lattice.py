@@ -106,7 +106,8 @@ class Lattice:
             return self
         digits = lcm(*(x.denominator for point in points for x in point))
         parts = ceil(1 / (digits * self.position_unit))
-        for count in (parts, max(parts - 1, 1)):
+        # with as many digits as LARGEST has, not even half a metre has room
+        for count in (parts, max(parts - 1, 1)) if digits < LARGEST else ():
             jerk_unit = 6 / (digits * count * self.parameters.T_c**3)
             lattice = Lattice(self.parameters, self.horizon, jerk_unit, self.bounds)
             if lattice.largest() < LARGEST:

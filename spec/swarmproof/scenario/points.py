@@ -38,9 +38,9 @@ def closest_pair(points: Sequence[Point], theta_inverse: Matrix) -> tuple[Fracti
     matrix, factor = scaling(theta_inverse)
     unit = lcm(*(x.denominator for point in points for x in point))
     scaled = [_product(matrix, [x.numerator * (unit // x.denominator) for x in point]) for point in points]
-    # floats say which pairs may be the closest: of a coordinate they know all but one part in 2⁵³
-    rounded = [(float(x), float(y), float(z)) for x, y, z in scaled]
-    doubt = 2.0**-48 * max(map(abs, chain.from_iterable(rounded)))
+    # floats (m) say which pairs may be the closest: of a coordinate they know all but one part in 2⁵³, or almost 0
+    rounded = [(x / unit, y / unit, z / unit) for x, y, z in scaled]
+    doubt = 2.0**-48 * max(map(abs, chain.from_iterable(rounded))) + 2.0**-1000
     distances = [(dist(rounded[i], rounded[j]), i, j) for i, j in combinations(range(len(points)), 2)]
     nearest = min(distances)[0] * (1 + 2.0**-40) + doubt
     square, i, j = min((_square(scaled[i], scaled[j]), i, j) for apart, i, j in distances if apart <= nearest)
