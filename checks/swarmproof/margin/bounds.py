@@ -16,6 +16,8 @@ from swarmproof.margin.norms import BallProver
 from swarmproof.margin.problem import Problem
 from swarmproof.margin.prove import Blocked, Budget, Cell, WindowProver
 from swarmproof.margin.witness import Witness, exact_witness
+from swarmproof.theorem3.delay import displacement
+from swarmproof.theorem3.inequality import Truth, corrected, printed
 from swarmproof.theorem3.parameters import NORMS, Parameters, Reading, Vector, closed
 
 #: Widths of the interval (relative to d̂_min) that are tried one after the other, until one fails.
@@ -43,7 +45,9 @@ Proofs = dict[int, tuple[Fraction, list[Cell]]]
 class Margin:
     """Δd_min,cont is between `lower` and `upper` (m, exact), for the problem's reading; the exact checker agreed.
 
-    `witness` is the pair behind *lower*, None where that is 0; `certificate` proves both, as JSON objects.
+    `witness` is the pair behind *lower*, None where that is 0; `certificate` proves both, as JSON objects. `flown` are
+    bounds of how far one UAV flies in the time `delay` (m, scaled). `attained` is False where the two UAVs are of kinds
+    that need not be able to fly the witness.
     """
 
     problem: Problem
@@ -51,6 +55,38 @@ class Margin:
     upper: Fraction
     witness: Witness | None
     certificate: dict[str, Any]
+    flown: tuple[Fraction, Fraction] = (Fraction(0), Fraction(0))
+    attained: bool = True
+
+    @property
+    def known(self) -> tuple[Fraction, Fraction]:
+        """Return the bounds of Δd_min,cont (m) that verdicts may rest on."""
+        return self.lower if self.attained else Fraction(0), self.upper
+
+    @property
+    def loss(self) -> tuple[Fraction, Fraction]:
+        """Return the same with what one UAV flies in the time `delay`."""
+        return self.known[0] + self.flown[0], self.known[1] + self.flown[1]
+
+    @property
+    def closest(self) -> tuple[Vector, Vector] | None:
+        """Return where the witness's UAVs are at their closest approach (m); None if nobody is known to fly it."""
+        if self.witness is None or not self.attained:
+            return None
+        time = self.witness.start + self.witness.tau
+        i, j = ([axis.position(time) for axis in uav] for uav in (self.witness.uav_i, self.witness.uav_j))
+        return (i[0], i[1], i[2]), (j[0], j[1], j[2])
+
+    @property
+    def truths(self) -> tuple[Truth, Truth]:
+        """Return whether (26) holds as printed, and corrected."""
+        given = self.problem.parameters
+        return printed(given, *self.known), corrected(given, *self.loss, self.closest)
+
+    @property
+    def by_norms(self) -> bool:
+        """Say whether the proof of *upper* takes the bounds of the norm as such, not only the box around the ball."""
+        return any(cell.get("ball") for one in self.certificate["windows"] or () for cell in one["cells"])
 
 
 class Solver:
@@ -208,7 +244,7 @@ def _coupled_proofs(solver: Solver) -> list[Proofs]:
     proofs = list[Proofs]()
     box = Solver(_box(solver.problem))
     box.search()
-    for by in (BallProver, WindowProver) if solver.problem.diagonal else (WindowProver,):
+    for by in provers(solver.problem):
         before: Proofs | None = None
         for width in NORM_WIDTHS[len(proofs) :]:
             done: Proofs = {}
@@ -220,6 +256,11 @@ def _coupled_proofs(solver: Solver) -> list[Proofs]:
             before = done
             proofs.append(done)
     return proofs
+
+
+def provers(problem: Problem) -> tuple[type[WindowProver], ...]:
+    """Return what can prove an upper bound, the best one first."""
+    return (BallProver, WindowProver) if problem.coupled and problem.diagonal else (WindowProver,)
 
 
 def _box(problem: Problem) -> Problem:
@@ -250,10 +291,11 @@ def certified(solver: Solver, proofs: list[Proofs], say: Say) -> Margin:
                 problem, solver.lower, upper, witness, {window: cells for window, (_, cells) in done.items()}
             )
             check(content)
-            return Margin(problem, solver.lower, upper, witness, content)
+            flown = displacement(problem.parameters, problem.reading)
+            return Margin(problem, solver.lower, upper, witness, content, flown)
     content = certificate(problem, solver.lower, distance, witness, None)
     check(content)
-    return Margin(problem, solver.lower, distance, witness, content)
+    return Margin(problem, solver.lower, distance, witness, content, displacement(problem.parameters, problem.reading))
 
 
 def from_certificate(content: object) -> Margin:
@@ -266,4 +308,5 @@ def from_certificate(content: object) -> Margin:
     assert isinstance(content, dict)
     problem = Problem(Parameters.from_exact(content["parameters"]), Reading(content["reading"]))
     witness = None if content["witness"] is None else read_witness(problem, content["witness"])
-    return Margin(problem, verified.lower, verified.upper, witness, content)
+    flown = displacement(problem.parameters, problem.reading)
+    return Margin(problem, verified.lower, verified.upper, witness, content, flown)

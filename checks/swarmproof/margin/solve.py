@@ -5,15 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from swarmproof.margin.bounds import Margin, Proofs, Say, Solver, certified
+from swarmproof.margin.bounds import Margin, Proofs, Say, Solver, certified, provers
 from swarmproof.margin.problem import Problem
 from swarmproof.semantics.switches import BadInput
+from swarmproof.theorem3.delay import displacement
 from swarmproof.theorem3.inequality import (
     Truth,
     corrected,
     crossing_pair,
+    largest_loss,
     scaled_square,
-    spectral_norm_bounds,
     square_root_bounds,
 )
 from swarmproof.theorem3.parameters import Parameters, Reading
@@ -48,18 +49,25 @@ def decide(problem: Problem, say: Say = lambda message: None) -> tuple[Truth, Ma
     Returns the margin (with its certificate) that certifies it, if it holds.
     """
     given = problem.parameters
-    if corrected(given, _crossing_dip(given), given.d_hat_min) is Truth.FAILS:
+    flown = displacement(given, problem.reading)
+
+    def known(lower: Fraction) -> Truth:
+        return corrected(given, lower + flown[0], given.d_hat_min + flown[1])
+
+    if known(_crossing_dip(given)) is Truth.FAILS:
         return Truth.FAILS, None
-    high = spectral_norm_bounds(given.theta_inverse)[1]
-    limit = given.d_hat_min - given.d_min - 2 * high * given.tracking_error
+    limit = largest_loss(given) - flown[1]
     solver = Solver(problem, say)
     solver.search()
-    if corrected(given, solver.lower, given.d_hat_min) is Truth.FAILS:
+    if known(solver.lower) is Truth.FAILS:
         return Truth.FAILS, None
-    proofs: Proofs = {}
-    if solver.prove(lambda: limit, proofs):
-        return Truth.HOLDS, certified(solver, [proofs], say)
-    return corrected(given, solver.lower, given.d_hat_min), None
+    for by in provers(problem) if limit >= 0 else ():
+        proofs: Proofs = {}
+        if solver.prove(lambda: limit, proofs, by=by):
+            found = certified(solver, [proofs], say)
+            if found.truths[1] is Truth.HOLDS:
+                return Truth.HOLDS, found
+    return known(solver.lower), None
 
 
 def _crossing_dip(given: Parameters) -> Fraction:
