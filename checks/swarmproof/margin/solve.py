@@ -20,7 +20,7 @@ from swarmproof.theorem3.inequality import (
 from swarmproof.theorem3.parameters import Parameters, Reading
 
 #: What can be solved for: the largest T_c or v_max, the smallest d̂_min.
-NAMES = ("T_c", "v_max", "d_hat_min")
+NAMES = ("T_c", "v_max", "v_norm", "d_hat_min")
 #: How close the two answers are brought to each other, relative to their size, and the largest number of trials.
 PRECISION, MOST_TRIALS = Fraction(1, 10**4), 60
 #: Digits after the point of the values tried, and the smallest and the largest one.
@@ -103,6 +103,8 @@ def changed(given: Parameters, name: str, value: Fraction) -> Parameters:
         return replace(given, v_max=(value, value, value))
     if name == "T_c":
         return replace(given, T_c=value)
+    if name == "v_norm":
+        return replace(given, v_norm=value)
     return replace(given, d_hat_min=value)
 
 
@@ -124,7 +126,9 @@ def _by_division(given: Parameters, reading: Reading, say: Say) -> Extreme:
 
 def _bisect(name: str, given: Parameters, reading: Reading, say: Say, lower_is_easier: bool) -> Extreme:
     """Bracket by doubling and halving from the given value, then bisect; no value is tried twice."""
-    start = {"T_c": given.T_c, "v_max": max(given.v_max), "d_hat_min": given.d_hat_min}[name] or Fraction(1)
+    fast = max(given.v_max)
+    start = {"T_c": given.T_c, "v_max": fast, "v_norm": given.v_norm or fast, "d_hat_min": given.d_hat_min}[name]
+    start = start or Fraction(1)
     easier, harder = (Fraction(1, 2), Fraction(2)) if lower_is_easier else (Fraction(2), Fraction(1, 2))
     known: dict[Fraction, Truth] = {}
     margins: dict[Fraction, Margin] = {}
