@@ -32,7 +32,7 @@ LARGE_BUDGET = 2000, 3000
 SMALL_BUDGET, SMALL_BUDGET_MORE, SMALL_BUDGET_SLOW = (60, 500), (20, 100), (24, 250)
 #: The same steps where bounds of the norm couple the axes: a box beside them may keep the interval wide.
 NORM_WIDTHS = tuple(Fraction(1, parts) for parts in (3, 10, 30, 60, 100, 140, 200, 500, 1000, 3000, 10**4, 10**5))
-NORM_BUDGET = 300, 300
+NORM_BUDGET = 120, 120
 #: Improvements of the witness during one attempt.
 MOST_IMPROVEMENTS = 30
 
@@ -241,21 +241,18 @@ def _proofs(solver: Solver) -> list[Proofs]:
 
 def _coupled_proofs(solver: Solver) -> list[Proofs]:
     """Return proofs from bounds of the norm and, where these do better, from the box around the ball alone."""
-    proofs = list[Proofs]()
+    proofs, best = list[Proofs](), solver.problem.parameters.d_hat_min
+    for width in NORM_WIDTHS if solver.problem.diagonal else ():
+        done: Proofs = {}
+        if not solver.prove(solver.above(width), done, proofs[-1] if proofs else None, NORM_BUDGET, BallProver):
+            break
+        proofs.append(done)
+        best = max(goal for goal, _ in done.values())
     box = Solver(_box(solver.problem))
     box.search()
-    for by in provers(solver.problem):
-        before: Proofs | None = None
-        for width in NORM_WIDTHS[len(proofs) :]:
-            done: Proofs = {}
-            # a pair within the box refutes whatever knows of the box only
-            if by is WindowProver and box.reached > solver.above(width)():
-                continue
-            if not solver.prove(solver.above(width), done, before, NORM_BUDGET, by):
-                break
-            before = done
-            proofs.append(done)
-    return proofs
+    # a pair within the box refutes whatever knows of the box only
+    boxed = _proofs(box) if box.reached < best else []
+    return [*proofs, *(done for done in boxed if max(goal for goal, _ in done.values()) < best)]
 
 
 def provers(problem: Problem) -> tuple[type[WindowProver], ...]:

@@ -47,9 +47,9 @@ class Climb:
     def candidates(self) -> Iterator[Candidate]:
         """Yield what the search reaches from each start, and from the best of them at other times τ."""
         best: tuple[Candidate, Floats] | None = None
-        for speed, turn in self._starts():
+        for speed, turn, bend in self._starts():
             durations = self._durations(0.5)
-            start = self._start(self._bounded(durations), durations, speed, turn)
+            start = self._start(self._bounded(durations), durations, speed, turn, bend)
             best = yield from self._better(best, 0.5, start)
         for step in STEPS:
             for way in (-step, step):
@@ -66,11 +66,22 @@ class Climb:
         yield found[0]
         return found if best is None or found[0].dip > best[0].dip else best
 
-    def _starts(self) -> Iterator[tuple[Floats, Floats]]:
-        """Yield directions of the speed and of the acceleration, in the axes that Θ⁻¹ stretches most and diagonally."""
-        x, y, z = np.linalg.eigh(self._problem.scaling)[1][:, ::-1].T
-        for speed, turn in ((x, y), (x + y, x - y), (x - y, x + y + z), (x + y, z), (x, x)):
-            yield speed / np.linalg.norm(speed), turn / np.linalg.norm(turn)
+    def _starts(self) -> Iterator[tuple[Floats, Floats, float]]:
+        """Yield directions of the speed and of the acceleration, and how much of the bounds the latter may take.
+
+        They lie in the axes in which UAVs are fastest, scaled, and between them.
+        """
+        fast = np.array([bounds.bound(1) for bounds in self._problem.axes])
+        ways = np.linalg.eigh(self._problem.scaling)[1].T
+        x, y, z = sorted(ways, key=lambda way: -float(np.linalg.norm(self._problem.scaling @ (way * fast))))
+        for speed, turn, bend in (
+            (x, y, 0.1),
+            (x + y, x - y, 0.5),
+            (x - y, x + y + z, 0.1),
+            (x + y, z, 0.5),
+            (x, x, 0.9),
+        ):
+            yield speed / np.linalg.norm(speed), turn / np.linalg.norm(turn), bend
 
     def _durations(self, fraction: float) -> Floats:
         """Return the length of each piece, s: half of them before τ."""
@@ -123,16 +134,21 @@ class Climb:
         x, y, z = (float(a.input if derivative == self._order else dict(a.derivatives)[derivative]) for a in axes)
         return _Form(row, (x, y, z), float("inf") if norm is None else float(norm))
 
-    def _start(self, forms: list[_Form], durations: Floats, speed: Floats, turn: Floats) -> Floats:
-        """Return a motion along `speed` that accelerates along `turn`, inside all bounds, shape (3, size)."""
+    def _start(self, forms: list[_Form], durations: Floats, speed: Floats, turn: Floats, bend: float) -> Floats:
+        """Return a motion along `speed` that accelerates along `turn`, inside all bounds, shape (3, size).
+
+        The acceleration comes first and takes up to `bend` of every bound, the speed what is left.
+        """
         steady, turning = np.zeros((3, self._size)), np.zeros((3, self._size))
+        moving = np.array([bounds.bound(1) > 0 for bounds in self._problem.axes])
+        turn = np.where(moving & np.array([bounds.input > 0 for bounds in self._problem.axes]), turn, 0.0)
         middle = float(durations.sum()) / 2
-        steady[:, 0] = speed
+        steady[:, 0] = np.where(moving, speed, 0.0)
         # an acceleration of 1 all the time, with no speed in the middle
         turning[:, 0] = -middle * turn
         turning[:, 1 if self._order == 3 else slice(1, None)] = turn[:, None] if self._order == 2 else turn
         total = np.zeros((3, self._size))
-        for motion, share in ((turning, 0.5), (steady, 1.0)):
+        for motion, share in ((turning, bend), (steady, 1.0)):
             low, high = 0.0, 1e12
             for _ in range(120):
                 size = (low + high) / 2 if low else high / 2

@@ -124,7 +124,7 @@ class BallProver(WindowProver):
 
     def _tried(self, outlines: list[Outline], ball: Outline, early: float, late: float, closest: float) -> _Tried:
         """Return a leaf for the cell, with refined outlines where that is needed and helps."""
-        before = np.inf
+        before, widening = np.inf, max(outline.widening for outline in (*outlines, ball)) * self._reach
         for _ in range(MOST_REFINEMENTS):
             polygons = [clip(outlines[kind].corners, (-1.0, 0.0), 0.0) for kind in self._kinds]
             leaves = _Leaves(ball.edges, self._scales, self._problem.distance, (early, late), closest)
@@ -132,10 +132,16 @@ class BallProver(WindowProver):
             missing = leaves.missing(balance)
             if missing <= 0:
                 return self._kept(t, balance, ball)
-            if missing > 0.995 * before or not self._refined(outlines, ball, polygons, balance):
+            excess = missing / (2 * (balance.off + closest) + 1e-12 * self._problem.distance)
+            # what a halving takes away needs no refinement
+            if (
+                widening > 0.3 * excess
+                or missing > 0.995 * before
+                or not self._refined(outlines, ball, polygons, balance)
+            ):
                 break
             before = missing
-        return _Tried(None, (), missing / (2 * (balance.off + closest) + 1e-12 * self._problem.distance))
+        return _Tried(None, (), excess)
 
     @staticmethod
     def _kept(t: float, balance: Balance, ball: Outline) -> _Tried:
