@@ -18,7 +18,7 @@ from swarmproof.commands import margin as command
 from swarmproof.margin.bounds import Margin, margin
 from swarmproof.margin.certificate import digest
 from swarmproof.margin.problem import Problem
-from swarmproof.report import margin_words
+from swarmproof.report import margin_words, rounding
 from swarmproof.theorem3.inequality import Truth, corrected, printed
 from swarmproof.theorem3.parameters import EXTENSIONS, NAMES, Parameters, Reading
 
@@ -162,10 +162,10 @@ def test_floats_are_on_the_safe_side(capsys: pytest.CaptureFixture[str]) -> None
 @pytest.mark.parametrize("value", [Fraction(1, 3), Fraction(2, 3), Fraction(1, 10), Fraction(1, 4), Fraction(0)])
 def test_rounding_has_a_direction(value: Fraction) -> None:
     """Floats and decimals below are the nearest that are not above, and the other way round."""
-    low, high = Fraction(margin_words.below(value)), Fraction(margin_words.above(value))
+    low, high = Fraction(rounding.below(value)), Fraction(rounding.above(value))
     assert low <= value <= high
     assert high - low < Fraction(2, 10**16)
-    low, high = Fraction(margin_words.decimal_below(value, 6)), Fraction(margin_words.decimal_above(value, 6))
+    low, high = Fraction(rounding.decimal_below(value, 6)), Fraction(rounding.decimal_above(value, 6))
     assert low <= value <= high
     assert high - low == (0 if value.denominator in (1, 4, 10) else Fraction(1, 10**6))
 

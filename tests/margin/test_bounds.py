@@ -571,6 +571,7 @@ def _moved(tree: prove.Tree) -> prove.Tree:
     """Return a tree with another t in its leaves."""
     if isinstance(tree, prove.Leaf):
         return prove.Leaf(tree.t + 0.05)
+    assert isinstance(tree, prove.Cut)
     return replace(tree, below=tree.below and _moved(tree.below), above=tree.above and _moved(tree.above))
 
 

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
+from swarmproof.margin.ball import BallLeaf
 from swarmproof.margin.functional import Density, Multiplier
 from swarmproof.margin.polygon import Edge
 from swarmproof.margin.problem import Problem
@@ -15,9 +16,11 @@ from swarmproof.margin.prove import Cell, Leaf, Tree
 from swarmproof.margin.witness import Motion, Witness, make_witness
 from swarmproof.motion.integrator import AxisMotion
 from swarmproof.theorem3.numbers import exact_text
-from swarmproof.theorem3.parameters import Reading
+from swarmproof.theorem3.parameters import EXTENSIONS, Reading
 
 SCHEMA = "swarmproof.margin-certificate/1"
+#: With bounds of the norm, an open side of the workspace, or another parameter that the paper does not have.
+EXTENDED = "swarmproof.margin-certificate/2"
 
 
 def certificate(
@@ -28,20 +31,32 @@ def certificate(
     windows: Mapping[int, Sequence[Cell]] | None,
 ) -> dict[str, Any]:
     """Return the certificate as JSON objects; `windows` are the proofs of *upper*, None where it is d̂_min."""
+    parameters = problem.parameters.as_exact()
+    schema = EXTENDED if _is_extended(parameters) else SCHEMA
     content: dict[str, Any] = {
-        "schema": SCHEMA,
-        "parameters": problem.parameters.as_exact(),
+        "schema": schema,
+        "parameters": parameters,
         "reading": problem.reading.value,
         "dip": {"lower": exact_text(lower), "upper": exact_text(upper)},
         "witness": None if witness is None else _witness(witness),
         "windows": None
         if windows is None
         else [
-            {"window": window, "cells": [_cell(problem, cell) for cell in sorted(cells, key=lambda cell: cell.early)]}
+            {
+                "window": window,
+                "cells": [_cell(problem, cell, schema) for cell in sorted(cells, key=lambda cell: cell.early)],
+            }
             for window, cells in sorted(windows.items())
         ],
     }
     return {**content, "digest": digest(content)}
+
+
+def _is_extended(parameters: Mapping[str, Any]) -> bool:
+    space = parameters["workspace"]
+    return any(name in parameters for name in EXTENSIONS) or (
+        space is not None and any(side is None for sides in space for side in sides)
+    )
 
 
 def digest(content: Mapping[str, Any]) -> str:
@@ -85,13 +100,15 @@ def read_witness(problem: Problem, content: Mapping[str, Any]) -> Witness:
     )
 
 
-def _cell(problem: Problem, cell: Cell) -> dict[str, Any]:
+def _cell(problem: Problem, cell: Cell, schema: str) -> dict[str, Any]:
     length = problem.parameters.T_c
+    ball = {"ball": [_edge(problem, edge) for edge in cell.ball]} if schema == EXTENDED else {}
     return {
         "from": exact_text(cell.early * length),
         "to": exact_text(cell.late * length),
         "edges": [[_edge(problem, edge) for edge in edges] for edges in cell.edges],
         "axes": list(cell.kinds),
+        **ball,
         "tree": _tree(cell.tree),
     }
 
@@ -128,6 +145,8 @@ def _tree(tree: Tree | None) -> dict[str, Any] | None:
         return None
     if isinstance(tree, Leaf):
         return {"t": _text(tree.t)}
+    if isinstance(tree, BallLeaf):
+        return {"t": _text(tree.t), "share": _text(tree.share), "weights": [_text(value) for value in tree.weights]}
     return {
         "axis": tree.axis,
         "normal": [_text(value) for value in tree.normal],

@@ -102,10 +102,10 @@ MOST_SAMPLES = 10
 class Sampled:
     """`as-sampled`: a motion is (w'(0), …, u), bounded by finitely many half-spaces; all corners are known."""
 
-    def __init__(self, problem: Problem, axis: int) -> None:
+    def __init__(self, problem: Problem, axis: AxisBounds) -> None:
         given, order = problem.parameters, problem.order
         self._order, self._period = order, problem.period
-        bounds = dict(problem.axes[axis].derivatives)
+        bounds = dict(axis.derivatives)
         samples = int(given.T_s / given.T_b)
         if samples > MOST_SAMPLES:
             raise BadInput(
@@ -119,7 +119,7 @@ class Sampled:
         rows = np.array([*(self._row([term]) for term in terms), unit])
         self._lengths = np.linalg.norm(rows, axis=1)
         self._rows = rows / self._lengths[:, None]
-        limits = [*(float(bounds[term.derivative]) for term in terms), float(problem.axes[axis].input)]
+        limits = [*(float(bounds[term.derivative]) for term in terms), float(axis.input)]
         self._levels = np.array(limits) / self._lengths
         self._enumerate()
 
@@ -178,14 +178,14 @@ class Sampled:
 _FACTORIAL = (1, 1, 2, 6)
 
 
-def extremes(problem: Problem, axis: int) -> Extremes:
-    """Return what answers for `axis` in the problem's reading.
+def extremes(problem: Problem, axis: AxisBounds) -> Extremes:
+    """Return what answers for an axis with these bounds in the problem's reading.
 
     Raises:
         BadInput: `as-sampled` with more than :data:`MOST_SAMPLES` bound samples a period.
     """
     if problem.reading is Reading.INITIAL_STATE:
-        return InitialState(problem.axes[axis], problem.order)
+        return InitialState(axis, problem.order)
     if problem.reading is Reading.WHOLE_MOTION:
-        return WholeMotion(problem.axes[axis]) if problem.order == 3 else BoundedSpeed(problem.axes[axis])
+        return WholeMotion(axis) if problem.order == 3 else BoundedSpeed(axis)
     return Sampled(problem, axis)

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from math import floor, isqrt
 
 import numpy as np
 import numpy.typing as npt
 
-from swarmproof.theorem3.parameters import Parameters, Reading
+from swarmproof.theorem3.parameters import NORMS, Parameters, Reading, Vector
 
 Floats = npt.NDArray[np.float64]
 
@@ -19,6 +20,7 @@ class AxisBounds:
     """Bounds of the relative motion on one axis: `derivatives[m]` bounds the m-th derivative of w, `input` the input.
 
     SI units; twice the bounds of one UAV. A workspace bounds positions, too: witnesses keep to it, proofs do without.
+    The axis may also be any unit vector: :attr:`Problem.ball`.
     """
 
     derivatives: tuple[tuple[int, Fraction], ...]
@@ -50,16 +52,41 @@ class Problem:
 
     @cached_property
     def axes(self) -> tuple[AxisBounds, ...]:
-        """Return the bounds per axis."""
-        given = self.parameters
+        """Return the bounds per axis: twice the smaller one of box and norm."""
+        boxes, norms = self._limits
         result = []
         for k in range(3):
-            bounds = {1: 2 * given.v_max[k]}
-            if given.order == 3:
-                bounds[2] = 2 * given.a_max[k]
-            top = given.j_max[k] if given.order == 3 else given.a_max[k]
-            result.append(AxisBounds(tuple(sorted(bounds.items())), 2 * top))
+            *lower, top = (
+                2 * (box[k] if norm is None else min(box[k], norm)) for box, norm in zip(boxes, norms, strict=True)
+            )
+            result.append(AxisBounds(tuple(enumerate(lower, 1)), top))
         return tuple(result)
+
+    @property
+    def _limits(self) -> tuple[list[Vector], list[Fraction | None]]:
+        """Return the boxes and norm bounds of one UAV by derivative, the input last."""
+        given, names = self.parameters, list(NORMS.items())[: self.parameters.order]
+        return [getattr(given, box) for _, box in names], [getattr(given, norm) for norm, _ in names]
+
+    @cached_property
+    def norms(self) -> tuple[Fraction | None, ...]:
+        """Return twice the norm bounds by derivative, from the first one on, the input last; None for no bound."""
+        return tuple(None if norm is None else 2 * norm for norm in self._limits[1])
+
+    @property
+    def coupled(self) -> bool:
+        """Say whether a bound of a norm couples the axes."""
+        return any(norm is not None for norm in self.norms)
+
+    @cached_property
+    def ball(self) -> AxisBounds:
+        """Return the bounds of e·w for every unit vector e (docs/margin.md, "Bounds of the norm")."""
+        bounds = []
+        for box, norm in zip(self._limits[0], self.norms, strict=True):
+            corner = _root_above(sum((4 * bound**2 for bound in box), Fraction(0)))
+            bounds.append(corner if norm is None else min(corner, norm))
+        *lower, top = bounds
+        return AxisBounds(tuple(enumerate(lower, 1)), top)
 
     @cached_property
     def window_length(self) -> float:
@@ -98,11 +125,16 @@ class Problem:
         """Return d̂_min in m (scaled)."""
         return float(self.parameters.d_hat_min)
 
-    def bending(self, axis: int) -> float:
-        """Return a bound of |w''| on `axis` over the whole motion, m/s² (docs/margin.md, "Times between")."""
-        bounds = self.axes[axis]
+    def bending(self, bounds: AxisBounds) -> float:
+        """Return a bound of |w''| over the whole motion, m/s² (docs/margin.md, "Times between")."""
         if self.order == 2:
             return float(bounds.input)
         if self.reading is Reading.INITIAL_STATE:
             return bounds.bound(2) + self.window_length * float(bounds.input)
         return bounds.bound(2)
+
+
+def _root_above(square: Fraction) -> Fraction:
+    """Return the root of a square, rounded up to a multiple of 10⁻⁹."""
+    root = Fraction(isqrt(floor(square * 10**18)), 10**9)
+    return root if root**2 == square else root + Fraction(1, 10**9)

@@ -9,6 +9,7 @@ from heapq import heapify, heappop, heappush
 
 import numpy as np
 
+from swarmproof.margin.ball import BallLeaf
 from swarmproof.margin.corners import CornerValues
 from swarmproof.margin.extremes import Extremes
 from swarmproof.margin.functional import Moment
@@ -44,18 +45,22 @@ class Cut:
     above: Tree | None
 
 
-Tree = Leaf | Cut
+Tree = Leaf | Cut | BallLeaf
 
 
 @dataclass(frozen=True)
 class Cell:
-    """τ/T_c between `early` and `late`: the edges of each kind of axis, which kind each axis is of, and the tree."""
+    """τ/T_c between `early` and `late`: the edges of each kind of axis, which kind each axis is of, and the tree.
+
+    Or a leaf that takes bounds of the norm, with its ball edges.
+    """
 
     early: Fraction
     late: Fraction
     edges: tuple[tuple[Edge, ...], ...]
     kinds: tuple[int, ...]
     tree: Tree
+    ball: tuple[Edge, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -141,7 +146,12 @@ class WindowProver:
         start, length = problem.start_of(self._window), problem.window_length
         first, second = (Moment(start, float(share) * length, length) for share in (early, late))
         outline = Outline(
-            self._extremes[kind], problem.axes[axis], problem.order, (first, second), problem.bending(axis), self._whole
+            self._extremes[kind],
+            problem.axes[axis],
+            problem.order,
+            (first, second),
+            problem.bending(problem.axes[axis]),
+            self._whole,
         )
         for direction in sorted(directions):
             outline.add(direction)

@@ -5,21 +5,22 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from swarmproof.margin.bounds import Margin, Proofs, Say, Solver, certified
+from swarmproof.margin.bounds import Margin, Proofs, Say, Solver, certified, provers
 from swarmproof.margin.problem import Problem
 from swarmproof.semantics.switches import BadInput
+from swarmproof.theorem3.delay import displacement
 from swarmproof.theorem3.inequality import (
     Truth,
     corrected,
     crossing_pair,
+    largest_loss,
     scaled_square,
-    spectral_norm_bounds,
     square_root_bounds,
 )
 from swarmproof.theorem3.parameters import Parameters, Reading
 
 #: What can be solved for: the largest T_c or v_max, the smallest d̂_min.
-NAMES = ("T_c", "v_max", "d_hat_min")
+NAMES = ("T_c", "v_max", "v_norm", "d_hat_min")
 #: How close the two answers are brought to each other, relative to their size, and the largest number of trials.
 PRECISION, MOST_TRIALS = Fraction(1, 10**4), 60
 #: Digits after the point of the values tried, and the smallest and the largest one.
@@ -48,18 +49,25 @@ def decide(problem: Problem, say: Say = lambda message: None) -> tuple[Truth, Ma
     Returns the margin (with its certificate) that certifies it, if it holds.
     """
     given = problem.parameters
-    if corrected(given, _crossing_dip(given), given.d_hat_min) is Truth.FAILS:
+    flown = displacement(given, problem.reading)
+
+    def known(lower: Fraction) -> Truth:
+        return corrected(given, lower + flown[0], given.d_hat_min + flown[1])
+
+    if known(_crossing_dip(given)) is Truth.FAILS:
         return Truth.FAILS, None
-    high = spectral_norm_bounds(given.theta_inverse)[1]
-    limit = given.d_hat_min - given.d_min - 2 * high * given.tracking_error
+    limit = largest_loss(given) - flown[1]
     solver = Solver(problem, say)
     solver.search()
-    if corrected(given, solver.lower, given.d_hat_min) is Truth.FAILS:
+    if known(solver.lower) is Truth.FAILS:
         return Truth.FAILS, None
-    proofs: Proofs = {}
-    if solver.prove(lambda: limit, proofs):
-        return Truth.HOLDS, certified(solver, [proofs], say)
-    return corrected(given, solver.lower, given.d_hat_min), None
+    for by in provers(problem) if limit >= 0 else ():
+        proofs: Proofs = {}
+        if solver.prove(lambda: limit, proofs, by=by):
+            found = certified(solver, [proofs], say)
+            if found.truths[1] is Truth.HOLDS:
+                return Truth.HOLDS, found
+    return known(solver.lower), None
 
 
 def _crossing_dip(given: Parameters) -> Fraction:
@@ -95,6 +103,8 @@ def changed(given: Parameters, name: str, value: Fraction) -> Parameters:
         return replace(given, v_max=(value, value, value))
     if name == "T_c":
         return replace(given, T_c=value)
+    if name == "v_norm":
+        return replace(given, v_norm=value)
     return replace(given, d_hat_min=value)
 
 
@@ -116,7 +126,9 @@ def _by_division(given: Parameters, reading: Reading, say: Say) -> Extreme:
 
 def _bisect(name: str, given: Parameters, reading: Reading, say: Say, lower_is_easier: bool) -> Extreme:
     """Bracket by doubling and halving from the given value, then bisect; no value is tried twice."""
-    start = {"T_c": given.T_c, "v_max": max(given.v_max), "d_hat_min": given.d_hat_min}[name] or Fraction(1)
+    fast = max(given.v_max)
+    start = {"T_c": given.T_c, "v_max": fast, "v_norm": given.v_norm or fast, "d_hat_min": given.d_hat_min}[name]
+    start = start or Fraction(1)
     easier, harder = (Fraction(1, 2), Fraction(2)) if lower_is_easier else (Fraction(2), Fraction(1, 2))
     known: dict[Fraction, Truth] = {}
     margins: dict[Fraction, Margin] = {}

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import accumulate
 
 import numpy as np
 
@@ -59,6 +61,11 @@ def exact_witness(problem: Problem, candidate: Candidate, confined: bool = True)
         if factor is None:
             return None
         motions.append(exact.scaled(1 / factor) if factor > 1 else exact)
+    if problem.coupled:
+        longest = norm_excess(problem, motions)
+        if longest is None:
+            return None
+        motions = [motion.scaled(1 / longest) for motion in motions] if longest > 1 else motions
     start = candidate.window * given.T_c if problem.reading is Reading.AS_SAMPLED else Fraction(0)
     tau = Fraction(round(candidate.fraction * 10**9), 10**9) * given.T_c
     offset = _place(problem, motions, start, tau)
@@ -119,6 +126,34 @@ def _excess(problem: Problem, axis: int, motion: AxisMotion[Fraction]) -> Fracti
     if any(bound == 0 and value > 0 for value, bound in values):
         return None
     return max((value / bound for value, bound in values if bound > 0), default=Fraction(0))
+
+
+def norm_excess(problem: Problem, motions: Sequence[AxisMotion[Fraction]]) -> Fraction | None:
+    """Return a bound of the largest ratio of a norm to what bounds it; None if one bounded by 0 is not 0.
+
+    All axes have the same pieces. Between their ends the speed is a quadratic curve, within its control points.
+    """
+    order, values = problem.order, []
+    ends = [Fraction(0), *accumulate(duration for duration, _ in motions[0].inputs)]
+    times = ends if problem.reading is Reading.WHOLE_MOTION else ends[:1]
+    if problem.reading is Reading.AS_SAMPLED:
+        times = [k * problem.parameters.T_b for k in range(int(problem.parameters.T_s / problem.parameters.T_b) + 1)]
+    for time in times:
+        states = [motion.at(time) for motion in motions]
+        values += [(m, [state[m] for state in states]) for m in range(1, order)]
+        if problem.reading is Reading.WHOLE_MOTION and order == 3 and time < ends[-1]:
+            half = (ends[ends.index(time) + 1] - time) / 2
+            values.append((1, [state[1] + half * state[2] for state in states]))
+    for piece in range(len(motions[0].inputs)):
+        values.append((order, [motion.inputs[piece][1] for motion in motions]))
+    ratio = Fraction(0)
+    for m, vector in values:
+        bound, square = problem.norms[m - 1], sum((value**2 for value in vector), Fraction(0))
+        if bound == 0 and square > 0:
+            return None
+        if bound:
+            ratio = max(ratio, square / bound**2)
+    return square_root_bounds(ratio)[1] if ratio > 1 else ratio
 
 
 def _place(problem: Problem, motions: list[AxisMotion[Fraction]], start: Fraction, tau: Fraction) -> Vector | None:

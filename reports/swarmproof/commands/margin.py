@@ -17,13 +17,16 @@ from rich.table import Table
 from swarmproof.commands.options import whole_number, write_json
 from swarmproof.margin.bounds import Margin, from_certificate, margin
 from swarmproof.margin.check import Rejected
+from swarmproof.margin.mixed import of_a_pair
 from swarmproof.margin.problem import Problem
 from swarmproof.margin.solve import NAMES, Extreme, solve_for
 from swarmproof.margin.sweep import Axis, file_name, problems, sweep, write
-from swarmproof.report import margin_plot, margin_words
+from swarmproof.report import margin_more, margin_plot, margin_words, rounding
 from swarmproof.report.folder import claim_file, claim_folder
 from swarmproof.semantics.switches import BadInput
-from swarmproof.theorem3.inequality import Truth, corrected
+from swarmproof.theorem3.fleet import Kind, pairs, read_kinds
+from swarmproof.theorem3.inequality import Truth
+from swarmproof.theorem3.numbers import read_toml
 from swarmproof.theorem3.parameters import Parameters, Reading
 
 _CODES = {Truth.HOLDS: 0, Truth.FAILS: 1, Truth.UNDECIDED: 3}
@@ -40,7 +43,9 @@ def add_parser(commands: Any) -> None:
     parser = commands.add_parser(
         "margin",
         help="compute Δd_min,cont with a certificate, and what Theorem 3 then guarantees",
-        description="How far two reference trajectories can dip below d̂_min between two samples, certified.",
+        description="How far two reference trajectories can dip below d̂_min between two samples, certified. Bounds "
+        "are per axis (v_max, a_max, j_max), of the Euclidean norm (v_norm, a_norm, j_norm), or both. delay: how long "
+        "a UAV flies on unknown; crash_theta_inverse: what d_min is measured with; [[kinds]]: every pair of them.",
         epilog="Exit codes: 0 the corrected inequality (26) holds, 1 it fails, 3 undecided or about nothing, 2 bad "
         "input; "
         "--check: 0 accepted, 1 rejected; --solve-for: 0 a value is certified, 1 all are refuted, 3 neither.",
@@ -61,7 +66,7 @@ def add_parser(commands: Any) -> None:
         "--solve-for",
         choices=NAMES,
         metavar="NAME",
-        help=f"extreme value that is still safe: {', '.join(NAMES)} (v_max: one number for all axes)",
+        help=f"extreme value that is still safe: {', '.join(NAMES)} (v_max: one number for all axes; v_norm: the norm)",
     )
     parser.add_argument("--check", metavar="CERTIFICATE", help="verify a certificate exactly, and nothing else")
     parser.add_argument(
@@ -70,7 +75,9 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--changes", type=whole_number, metavar="K", help="of a sweep, only sets with at most K changes"
     )
-    parser.add_argument("--results", metavar="DIR", help="certificates of a sweep; a later run goes on from there")
+    parser.add_argument(
+        "--results", metavar="DIR", help="certificates of a sweep or of [[kinds]]; a later run goes on from there"
+    )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -82,10 +89,14 @@ def run(options: argparse.Namespace) -> int:
     console = Console(stderr=options.json == "-", highlight=False)
     if options.check is not None:
         return _check(options, console)
-    _only_with("--sweep", options.sweep, {"--changes": options.changes, "--results": options.results})
+    _only_with("--sweep", options.sweep, {"--changes": options.changes})
     if options.certificate == "-":
         raise BadInput("--certificate - is not a file: give a name, which --check can be given, too")
-    base, reading = _parameters(options), Reading.parse(options.reading)
+    base, kinds = _parameters(options)
+    reading = Reading.parse(options.reading)
+    if kinds:
+        return _fleet(options, kinds, reading, console)
+    _only_with("--sweep", options.sweep, {"--results": options.results})
     if options.sweep:
         return _sweep(options, base, reading, console)
     problem = Problem(base, reading)
@@ -122,18 +133,58 @@ def _only_with(needed: str, given: object, options: dict[str, object]) -> None:
             raise BadInput(f"{name} goes with {needed}, which is not given")
 
 
-def _parameters(options: argparse.Namespace) -> Parameters:
+def _parameters(options: argparse.Namespace) -> tuple[Parameters, tuple[Kind, ...]]:
+    """Return the parameters, and the kinds of UAVs if the file has some."""
     changes = list(options.set)
     for name, value in (("d_min", options.d_min), ("tracking_error", options.tracking_error)):
         if value is not None:
             changes.append(f"{name}={value}")
     if options.parameters is None:
-        return Parameters().with_changes(changes)
-    return Parameters.from_toml(options.parameters, changes)
+        return Parameters().with_changes(changes), ()
+    table = read_toml(options.parameters, "parameter file", "T_c = 0.1")
+    raw = table.pop("kinds", None)
+    base = Parameters.from_table(options.parameters, table, changes)
+    if raw is None:
+        return base, ()
+    kinds = read_kinds(raw, base)
+    for name in (change.partition("=")[0].strip() for change in changes):
+        if any(name in one for one in raw):
+            raise BadInput(f"{name} is given by [[kinds]], kind by kind: change it there, or leave it out there")
+    return base, kinds
+
+
+def _fleet(options: argparse.Namespace, kinds: tuple[Kind, ...], reading: Reading, console: Console) -> int:
+    """Compute every pair of kinds; the worst verdict decides."""
+    refused = {
+        "--certificate": options.certificate,
+        "--solve-for": options.solve_for,
+        "--sweep": options.sweep or None,
+        "--plot": options.plot,
+    }
+    for name, value in refused.items():
+        if value is not None:
+            hint = "give --results DIR, a folder for one of each pair" if name == "--certificate" else "leave one out"
+            raise BadInput(f"{name} is for one pair of UAVs, and [[kinds]] makes several: {hint}")
+    some = pairs(kinds)
+    if not some:
+        raise BadInput("[[kinds]] lists one UAV, which has no other to keep away from: give two, such as uavs = [0, 1]")
+    sets = list(dict.fromkeys(Problem(one.parameters, reading) for one in some))
+    found = dict(zip(sets, _swept(options, sets), strict=True))
+    results = [of_a_pair(found[Problem(one.parameters, reading)], one) for one in some]
+    documents = [
+        {"kinds": list(one.names), "attained": result.attained, **margin_words.document(result)}
+        for one, result in zip(some, results, strict=True)
+    ]
+    write_json(options.json, _text({"schema": "swarmproof.margin-fleet/1", "pairs": documents}))
+    _print_sweep(console, results, [" and ".join(one.names) for one in some])
+    for text in margin_more.of_fleet(results):
+        console.print(text)
+    console.print(margin_words.scope(results[0]), style="bright_black")
+    return _worst(_code(result) for result in results)
 
 
 def _truth(found: Margin) -> Truth:
-    return corrected(found.problem.parameters, found.lower, found.upper)
+    return found.truths[1]
 
 
 def _code(found: Margin) -> int:
@@ -205,11 +256,22 @@ def _sweep(options: argparse.Namespace, base: Parameters, reading: Reading, cons
             "--sweep goes neither with --certificate nor with --solve-for: give --results DIR for its certificates"
         )
     axes = [Axis.parse(text) for text in options.sweep]
-    sets = problems(base, reading, axes, options.changes)
+    results = _swept(options, problems(base, reading, axes, options.changes))
+    if options.plot is not None:
+        margin_plot.plot_sweep(results, [axis.name for axis in axes], Path(options.plot))
+    documents = [margin_words.document(found) for found in results]
+    write_json(options.json, _text({"schema": "swarmproof.margin-sweep/1", "sets": documents}))
+    _print_sweep(console, results)
+    if options.results is not None:
+        console.print(f"Certificates: {escape(str(Path(options.results)))}", soft_wrap=True)
+    return _worst(_code(found) for found in results)
+
+
+def _swept(options: argparse.Namespace, sets: Sequence[Problem]) -> list[Margin]:
+    """Compute all sets with a bar; what is done is kept in --results if a user interrupts."""
     _claim(options)
     folder = None if options.results is None else claim_folder(Path(options.results))
     columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
-    results: Sequence[Margin]
     with Progress(*columns, console=Console(stderr=True)) as bar:
         task = bar.add_task("", total=len(sets))
 
@@ -225,14 +287,7 @@ def _sweep(options: argparse.Namespace, base: Parameters, reading: Reading, cons
             )
             bar.console.print(f"{int(bar.tasks[0].completed)} of {len(sets)} sets are done; {kept}")
             raise
-    if options.plot is not None:
-        margin_plot.plot_sweep(results, [axis.name for axis in axes], Path(options.plot))
-    documents = [margin_words.document(found) for found in results]
-    write_json(options.json, _text({"schema": "swarmproof.margin-sweep/1", "sets": documents}))
-    _print_sweep(console, results)
-    if folder is not None:
-        console.print(f"Certificates: {escape(str(folder))}", soft_wrap=True)
-    return _worst(_code(found) for found in results)
+    return results
 
 
 def _worst(codes: Iterable[int]) -> int:
@@ -240,16 +295,17 @@ def _worst(codes: Iterable[int]) -> int:
     return next((_CODES[truth] for truth in (Truth.FAILS, Truth.UNDECIDED) if _CODES[truth] in seen), 0)
 
 
-def _print_sweep(console: Console, results: Sequence[Margin]) -> None:
+def _print_sweep(console: Console, results: Sequence[Margin], names: Sequence[str] = ()) -> None:
+    """Print a table of margins, with their parameters or with `names`."""
     table = Table(box=None, padding=(0, 1))
-    for name in ("reading", "changed", "Δd_min,cont (m)", "width", "printed", "corrected"):
+    for name in ("reading", "kinds" if names else "changed", "Δd_min,cont (m)", "width", "printed", "corrected"):
         table.add_column(name, no_wrap=name != "changed", overflow="fold")
-    for found in results:
+    for number, found in enumerate(results):
         given = found.problem.parameters
         table.add_row(
             found.problem.reading.value,
-            escape(given.describe()) or "–",
-            f"{margin_words.rounded_down(found.lower, 7)} … {margin_words.rounded_up(found.upper, 7)}",
+            escape(names[number] if names else given.describe()) or "–",
+            f"{rounding.rounded_down(found.lower, 7)} … {rounding.rounded_up(found.upper, 7)}",
             f"{float((found.upper - found.lower) / given.d_hat_min):.0e}",
             *(f"[{_COLOURS[verdict]}]{verdict}[/]" for verdict in margin_words.verdicts(found)),
         )

@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from math import ceil, floor, inf, nextafter, sqrt
+from math import sqrt
 from typing import Any
 
 from swarmproof.margin.bounds import Margin
 from swarmproof.margin.solve import Extreme
 from swarmproof.margin.witness import Motion, Witness
-from swarmproof.report import defaults
+from swarmproof.report import defaults, margin_more
+from swarmproof.report.rounding import above, below, decimal_above, decimal_below
 from swarmproof.theorem3.inequality import (
     Counterexample,
     Truth,
-    corrected,
     counterexample,
     crossing_pair,
     guaranteed_separation,
-    printed,
     scaled_square,
     square_root_bounds,
 )
@@ -36,39 +35,6 @@ _SOUND_FOR = {
 }
 
 
-def below(value: Fraction) -> float:
-    """Return the largest float that is not above an exact number."""
-    number = float(value)
-    return number if Fraction(number) <= value else nextafter(number, -inf)
-
-
-def above(value: Fraction) -> float:
-    """Return the smallest float that is not below an exact number."""
-    return -below(-value)
-
-
-def decimal_below(value: Fraction, places: int) -> str:
-    """Return the largest decimal with so many places that is not above an exact number."""
-    return f"{floor(value * 10**places) / 10**places:.{places}f}"
-
-
-def decimal_above(value: Fraction, places: int) -> str:
-    """Return the smallest decimal with so many places that is not below an exact number."""
-    return f"{ceil(value * 10**places) / 10**places:.{places}f}"
-
-
-def rounded_down(value: Fraction, digits: int) -> str:
-    """Return the largest decimal with `digits` digits after the point that is not above a nonnegative number."""
-    whole, rest = divmod(floor(value * 10**digits), 10**digits)
-    return f"{whole}.{rest:0{digits}d}"
-
-
-def rounded_up(value: Fraction, digits: int) -> str:
-    """Return the smallest decimal with `digits` digits after the point that is not below a nonnegative number."""
-    whole, rest = divmod(ceil(value * 10**digits), 10**digits)
-    return f"{whole}.{rest:0{digits}d}"
-
-
 def document(margin: Margin, extreme: Extreme | None = None) -> dict[str, Any]:
     """Return the JSON document of a margin (schema `swarmproof.margin/1`); floats are rounded to the safe side."""
     given = margin.problem.parameters
@@ -84,9 +50,10 @@ def document(margin: Margin, extreme: Extreme | None = None) -> dict[str, Any]:
             **dict(zip(("printed", "corrected"), verdicts(margin), strict=True)),
             "d_min": float(given.d_min),
             "tracking_error": float(given.tracking_error),
-            "guaranteed_separation": below(guaranteed_separation(given, margin.upper)),
+            "guaranteed_separation": below(guaranteed_separation(given, margin.loss[1])),
             "counterexample": None if found is None else _counterexample(found),
         },
+        **margin_more.document(margin),
         "about_nothing": about_nothing(given, margin.problem.reading) or None,
         "solve_for": None
         if extreme is None
@@ -103,24 +70,17 @@ def verdicts(margin: Margin) -> tuple[str, str]:
     given = margin.problem.parameters
     if about_nothing(given, margin.problem.reading):
         return NOT_APPLICABLE, NOT_APPLICABLE
-    return printed(given, margin.lower, margin.upper).value, corrected(given, margin.lower, margin.upper).value
+    as_printed, as_corrected = margin.truths
+    return as_printed.value, as_corrected.value
 
 
 def refutation(margin: Margin) -> Counterexample | None:
     """Return a pair that meets every premise of the printed (26) and comes closer than d_min, if one is known."""
     given = margin.problem.parameters
-    if printed(given, margin.lower, margin.upper) is not Truth.HOLDS:
+    if margin.truths[0] is not Truth.HOLDS:
         return None
     crossing = counterexample(given, crossing_pair(given))
-    if crossing is not None or margin.witness is None:
-        return crossing
-    time = margin.witness.start + margin.witness.tau
-    i, j = (_positions(motion, time) for motion in (margin.witness.uav_i, margin.witness.uav_j))
-    return counterexample(given, ((i[0], i[1], i[2]), (j[0], j[1], j[2])))
-
-
-def _positions(motion: Motion, time: Fraction) -> list[Fraction]:
-    return [axis.position(time) for axis in motion]
+    return crossing if crossing is not None or margin.closest is None else counterexample(given, margin.closest)
 
 
 def _witness(margin: Margin, witness: Witness) -> dict[str, Any]:
@@ -208,11 +168,12 @@ def consequences(margin: Margin) -> list[tuple[str, str]]:
     """Return what (26) gives: rows of name and text."""
     given = margin.problem.parameters
     as_printed, as_corrected = verdicts(margin)
-    guaranteed = guaranteed_separation(given, margin.upper)
+    guaranteed = guaranteed_separation(given, margin.loss[1])
     separation = decimal_below(guaranteed, 6)
     rows = [
+        *margin_more.rows(margin),
         ("(26) as printed", f"{as_printed}: d̂_min ≥ d_min + Δd_min + Δd_min,cont"),
-        ("(26) corrected", f"{as_corrected}: d̂_min ≥ d_min + 2‖Θ⁻¹‖₂·Δd_min + Δd_min,cont"),
+        ("(26) corrected", f"{as_corrected}: {margin_more.inequality(given)}"),
         ("guaranteed separation", f"{separation} m (scaled, at all times, for motions of this reading)"),
     ]
     if guaranteed == 0:
@@ -222,7 +183,7 @@ def consequences(margin: Margin) -> list[tuple[str, str]]:
     rows.append(("vacuous", text))
     nothing = about_nothing(given, margin.problem.reading)
     if nothing:
-        return [("about nothing", nothing), *rows[:2]]
+        return [("about nothing", nothing), *(row for row in rows if row[0].startswith("(26)"))]
     if as_corrected != Truth.HOLDS:
         rows.append(("", "An inequality that fails is no collision: the theorem is silent, UAVs may still be safe."))
     found = refutation(margin)
@@ -253,19 +214,19 @@ def _in_words(found: Counterexample) -> str:
 
 def scope(margin: Margin) -> str:
     """Return for which motions the interval holds."""
-    given = margin.problem.parameters
+    given, sound = margin.problem.parameters, _SOUND_FOR[margin.problem.reading]
     box = "positions anywhere"
     if given.workspace is not None:
         box = "the pair within the workspace where states are bounded (the upper bound does without)"
     return (
-        f"Scope: any two UAVs with these bounds per axis; {_SOUND_FOR[margin.problem.reading]}; {box}. "
+        f"Scope: any two UAVs with these bounds {margin_more.bounds_used(margin)}; {sound}; {box}. "
         "Lower bound: two explicit trajectories in fractions. Upper bound: certificate, checked exactly."
     )
 
 
 def solution(extreme: Extreme) -> str:
     """Return the answer of `--solve-for` in words."""
-    unit = {"T_c": "s", "v_max": "m/s", "d_hat_min": "m"}[extreme.name]
+    unit = {"T_c": "s", "v_max": "m/s", "v_norm": "m/s", "d_hat_min": "m"}[extreme.name]
     kind = "smallest" if extreme.name == "d_hat_min" else "largest"
     if extreme.certified is None:
         told = f"no {extreme.name} was found for which the corrected (26) is certified"

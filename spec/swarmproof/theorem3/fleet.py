@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.numbers import near_match, shown
-from swarmproof.theorem3.parameters import Matrix, Parameters, Vector, diagonal
+from swarmproof.theorem3.parameters import NORMS, Matrix, Parameters, Vector, diagonal
 
 #: What can differ from UAV to UAV.
 OF_A_KIND = (
@@ -52,10 +52,30 @@ class Kind(NamedTuple):
 
 
 class KindPair(NamedTuple):
-    """Two kinds, which may be the same, and the parameters of one UAV of each as a pair of equal ones."""
+    """Two kinds, which may be the same, and the parameters of one UAV of each as a pair of equal ones.
+
+    `members` are the parameters of the two kinds.
+    """
 
     names: tuple[str, str]
     parameters: Parameters
+    members: tuple[Parameters, Parameters]
+
+    @property
+    def proportional(self) -> bool:
+        """Say whether every motion of two equal UAVs is one of these two, shared in the ratio of their bounds.
+
+        So it is if all their bounds are in one ratio, and no workspace confines them.
+        """
+        one, other = self.members
+        if one == other:
+            return True
+        names = list(NORMS.items())[: self.parameters.order]
+        ours, theirs = [_bounds(kind, names) for kind in self.members]
+        if one.workspace is not None or any((a is None) != (b is None) for a, b in zip(ours, theirs, strict=True)):
+            return False
+        some = [(a, b) for a, b in zip(ours, theirs, strict=True) if a is not None and b is not None and (a or b)]
+        return all(a * some[0][1] == b * some[0][0] for a, b in some)
 
 
 def read_kinds(raw: object, base: Parameters) -> tuple[Kind, ...]:
@@ -130,10 +150,14 @@ def pair(one: Parameters, other: Parameters) -> Parameters:
 def pairs(kinds: Sequence[Kind]) -> list[KindPair]:
     """Return every pair of kinds; one of a kind with itself only if it has two UAVs, or no numbers are given."""
     return [
-        KindPair((one.name, other.name), pair(one.parameters, other.parameters))
+        KindPair((one.name, other.name), pair(one.parameters, other.parameters), (one.parameters, other.parameters))
         for one, other in combinations_with_replacement(kinds, 2)
         if one is not other or len(one.uavs) != 1
     ]
+
+
+def _bounds(kind: Parameters, names: Sequence[tuple[str, str]]) -> list[Fraction | None]:
+    return [bound for norm, box in names for bound in (*getattr(kind, box), getattr(kind, norm))]
 
 
 def _mean(one: Vector, other: Vector) -> Vector:

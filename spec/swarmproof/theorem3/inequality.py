@@ -48,7 +48,7 @@ class Counterexample:
     positions: Pair
     #: ‖Θ⁻¹(p̂_i − p̂_j)‖², m².
     squared_reference_distance: Fraction
-    #: ‖Θ⁻¹(p_i − p_j)‖², m²; smaller than d_min².
+    #: ‖Θ⁻¹(p_i − p_j)‖² or, if a crash has an ellipsoid of its own, measured with that, m²; smaller than d_min².
     squared_distance: Fraction
     #: The distance of eq. (2) that is not kept, m.
     d_min: Fraction
@@ -62,21 +62,66 @@ def printed(parameters: Parameters, dip_lower: Fraction, dip_upper: Fraction) ->
     return _truth(room >= dip_upper, room < dip_lower)
 
 
-def corrected(parameters: Parameters, dip_lower: Fraction, dip_upper: Fraction) -> Truth:
-    """Return whether the corrected (26) holds, if Δd_min,cont (m) lies in [dip_lower, dip_upper].
+def corrected(
+    parameters: Parameters, loss_lower: Fraction, loss_upper: Fraction, references: Pair | None = None
+) -> Truth:
+    """Return whether the corrected (26) holds, if Δd_min,cont (m) lies in [loss_lower, loss_upper].
 
-    Only that it holds says something about the UAVs: eq. (2). That it fails is no collision.
+    With a delay, what one UAV flies in that time belongs to it, too. Only that it holds says something about the UAVs:
+    eq. (2). That it fails is no collision. If a crash has an ellipsoid of its own, it fails only where a pair that
+    breaks eq. (2) is known: one that hovers, or `references` (m) at their closest approach.
     """
-    norm_low, norm_high = spectral_norm_bounds(parameters.theta_inverse)
-    room = parameters.d_hat_min - parameters.d_min
+    norm_low, norm_high = spectral_norm_bounds(crash_scaling(parameters))
     errors = 2 * parameters.tracking_error
-    return _truth(room >= norm_high * errors + dip_upper, room < norm_low * errors + dip_lower)
+    if parameters.crash_theta_inverse is not None:
+        shrunk = shrinking_bounds(parameters)[0] * (parameters.d_hat_min - loss_upper)
+        holds = shrunk - norm_high * errors >= parameters.d_min
+        return _truth(holds, not holds and counterexample(parameters, references) is not None)
+    room = parameters.d_hat_min - parameters.d_min
+    return _truth(room >= norm_high * errors + loss_upper, room < norm_low * errors + loss_lower)
 
 
-def guaranteed_separation(parameters: Parameters, dip_upper: Fraction) -> Fraction:
-    """Return the scaled distance (m) that the real UAVs keep at all times if Δd_min,cont is at most `dip_upper` (m)."""
-    _, norm_high = spectral_norm_bounds(parameters.theta_inverse)
-    return max(Fraction(0), parameters.d_hat_min - dip_upper - 2 * norm_high * parameters.tracking_error)
+def guaranteed_separation(parameters: Parameters, loss_upper: Fraction) -> Fraction:
+    """Return the distance of eq. (2) (m) that the real UAVs keep at all times if Δd_min,cont is at most `loss_upper`.
+
+    With a delay, what one UAV flies in that time belongs to it, too.
+    """
+    _, norm_high = spectral_norm_bounds(crash_scaling(parameters))
+    kept = shrinking_bounds(parameters)[0] * (parameters.d_hat_min - loss_upper)
+    return max(Fraction(0), kept - 2 * norm_high * parameters.tracking_error)
+
+
+def largest_loss(parameters: Parameters) -> Fraction:
+    """Return the largest Δd_min,cont (m), with what is flown in the delay, for which the corrected (26) holds."""
+    _, norm_high = spectral_norm_bounds(crash_scaling(parameters))
+    needed = parameters.d_min + 2 * norm_high * parameters.tracking_error
+    return parameters.d_hat_min - needed / shrinking_bounds(parameters)[0]
+
+
+def crash_scaling(parameters: Parameters) -> Matrix:
+    """Return what eq. (2) measures distances with: that of a crash if there is one, else Θ⁻¹."""
+    return parameters.crash_theta_inverse or parameters.theta_inverse
+
+
+def shrinking_bounds(parameters: Parameters, digits: int = DIGITS) -> tuple[Fraction, Fraction]:
+    """Return (low, high) around the least ‖Cx‖/‖Ax‖: a crash's C = :func:`crash_scaling` against A = Θ⁻¹.
+
+    Exact if both are diagonal, or equal; else high − low ≤ 10^−digits · high. Each rests on an exact test: s is no
+    larger than that if and only if CᵀC − s²AᵀA is positive semidefinite.
+    """
+    crash, planned = crash_scaling(parameters), parameters.theta_inverse
+    if crash == planned:
+        return Fraction(1), Fraction(1)
+    if is_diagonal(crash) and is_diagonal(planned):
+        least = min(crash[k][k] / planned[k][k] for k in range(3))
+        return least, least
+    of_crash, of_planned = _gram(crash), _gram(planned)
+    largest = min(square_root_bounds(of_crash[k][k] / of_planned[k][k])[1] for k in range(3))
+    low, high = Fraction(0), largest
+    while high - low > high / 10**digits:
+        middle = (low + high) / 2
+        low, high = (middle, high) if _semidefinite(_difference(of_crash, middle**2, of_planned)) else (low, middle)
+    return low, high
 
 
 def counterexample(parameters: Parameters, references: Pair | None = None) -> Counterexample | None:
@@ -85,20 +130,21 @@ def counterexample(parameters: Parameters, references: Pair | None = None) -> Co
     Tried are two references that hover d̂_min apart, then `references`: the positions (m) at their closest approach of
     two references that keep the premises of eq. (24). Whether (26) holds as printed is left to :func:`printed`.
     """
-    for pair in (hovering_pair(parameters), references):
+    shrunk = None if parameters.crash_theta_inverse is None else hovering_pair(parameters, _shrunk_most(parameters))
+    for pair in (hovering_pair(parameters), shrunk, references):
         found = pair and _pushed_together(parameters, pair)
         if found:
             return found
     return None
 
 
-def hovering_pair(parameters: Parameters) -> Pair | None:
-    """Return two positions (m) at the scaled distance d̂_min, along the direction that Θ⁻¹ stretches most.
+def hovering_pair(parameters: Parameters, direction: Vector | None = None) -> Pair | None:
+    """Return two positions (m) at the scaled distance d̂_min, along `direction` or that which Θ⁻¹ stretches most.
 
     Hovering there is a motion of every reading. For a diagonal Θ the distance is exact; otherwise it may be larger by
     a relative 1e-12. None if the workspace has no room for the pair.
     """
-    direction = _stretched_most(parameters.theta_inverse)
+    direction = stretched_most(parameters.theta_inverse) if direction is None else direction
     stretched, _ = square_root_bounds(scaled_square(parameters.theta_inverse, direction))
     offset = _scaled(direction, parameters.d_hat_min / stretched / 2)
     centre = (Fraction(0), Fraction(0), Fraction(0))
@@ -119,13 +165,15 @@ def crossing_pair(parameters: Parameters) -> Pair | None:
     would pass through each other.
     """
     matrix = parameters.theta_inverse
-    if not _is_diagonal(matrix) or parameters.workspace is not None:
+    if not is_diagonal(matrix) or parameters.workspace is not None:
         return None
     one, other = sorted(range(3), key=lambda axis: -matrix[axis][axis])[:2]
     scales = matrix[one][one], matrix[other][other]
-    way = [
-        2 * parameters.v_max[axis] * parameters.T_c * scale for axis, scale in zip((one, other), scales, strict=True)
-    ]
+    speeds = [parameters.v_max[axis] for axis in (one, other)]
+    if parameters.v_norm is not None and parameters.v_norm**2 < speeds[0] ** 2 + speeds[1] ** 2:
+        share = parameters.v_norm / square_root_bounds(speeds[0] ** 2 + speeds[1] ** 2)[1]
+        speeds = [share * speed for speed in speeds]
+    way = [2 * speed * parameters.T_c * scale for speed, scale in zip(speeds, scales, strict=True)]
     length = way[0] ** 2 + way[1] ** 2
     rest = parameters.d_hat_min**2 - length / 4
     if rest <= 0 or length == 0:
@@ -150,7 +198,7 @@ def spectral_norm_bounds(matrix: Matrix, digits: int = DIGITS) -> tuple[Fraction
     test: s ≥ ‖A‖₂ if and only if s²I − AᵀA is positive semidefinite.
     """
     largest = max(abs(entry) for row in matrix for entry in row)
-    if _is_diagonal(matrix):
+    if is_diagonal(matrix):
         return largest, largest
     gram = _gram(matrix)
     # the norm lies between the largest entry and three times it (the Frobenius norm of such entries)
@@ -191,7 +239,7 @@ def _pushed_together(parameters: Parameters, references: Pair) -> Counterexample
     Errors along the relative position w, or along Θ⁻²w, where the scaled distance falls fastest.
     """
     relative = _sum(references[0], _scaled(references[1], Fraction(-1)))
-    steepest = _times(_gram(parameters.theta_inverse), relative)
+    steepest = _times(_gram(crash_scaling(parameters)), relative)
     pushed = [_pushed_along(parameters, references, direction) for direction in (relative, steepest)]
     found = min(pushed, key=lambda pair: pair.squared_distance)
     return found if found.squared_distance < found.d_min**2 else None
@@ -199,9 +247,9 @@ def _pushed_together(parameters: Parameters, references: Pair) -> Counterexample
 
 def _pushed_along(parameters: Parameters, references: Pair, direction: Vector) -> Counterexample:
     """Return the references with errors of the same size, opposite to each other, along `direction`."""
-    theta_inverse, error = parameters.theta_inverse, parameters.tracking_error
+    scaling, error = crash_scaling(parameters), parameters.tracking_error
     relative = _sum(references[0], _scaled(references[1], Fraction(-1)))
-    scaled, along = _times(theta_inverse, relative), _times(theta_inverse, direction)
+    scaled, along = _times(scaling, relative), _times(scaling, direction)
     _, length = square_root_bounds(_square(direction))
     # errors that go on beyond the closest point would part the UAVs again
     share = min(error / length, _dot(scaled, along) / _square(along) / 2) if length else Fraction(0)
@@ -211,16 +259,16 @@ def _pushed_along(parameters: Parameters, references: Pair, direction: Vector) -
     return Counterexample(
         references=references,
         positions=positions,
-        squared_reference_distance=_square(scaled),
-        squared_distance=scaled_square(theta_inverse, left),
+        squared_reference_distance=scaled_square(parameters.theta_inverse, relative),
+        squared_distance=scaled_square(scaling, left),
         d_min=parameters.d_min,
         tracking_error=error,
     )
 
 
-def _stretched_most(matrix: Matrix) -> Vector:
+def stretched_most(matrix: Matrix) -> Vector:
     """Return a direction, of any length, that a positive definite matrix stretches as much as any, or nearly so."""
-    if _is_diagonal(matrix):
+    if is_diagonal(matrix):
         largest = max(range(3), key=lambda axis: matrix[axis][axis])
         return diagonal((Fraction(1), Fraction(1), Fraction(1)))[largest]
     # rounding does no harm: whatever direction comes out, all that is built on it is exact
@@ -232,6 +280,32 @@ def _stretched_most(matrix: Matrix) -> Vector:
     longest = max(abs(entry) for entry in column)
     x, y, z = (Fraction(round(entry / longest * 10**DIGITS), 10**DIGITS) for entry in column)
     return (x, y, z)
+
+
+def _shrunk_most(parameters: Parameters) -> Vector:
+    """Return a direction, of any length, in which ‖Cx‖/‖Ax‖ is about least; all built on it is exact."""
+    crash, planned = crash_scaling(parameters), parameters.theta_inverse
+    if is_diagonal(crash) and is_diagonal(planned):
+        least = min(range(3), key=lambda k: crash[k][k] / planned[k][k])
+        return diagonal((Fraction(1), Fraction(1), Fraction(1)))[least]
+    gap = _difference(_gram(crash), shrinking_bounds(parameters)[0] ** 2, _gram(planned))
+    # the gap is singular, nearly: its adjugate has the direction in every row that is not 0
+    rows = [_cross(gap[(k + 1) % 3], gap[(k + 2) % 3]) for k in range(3)]
+    x, y, z = max(rows, key=_square)
+    longest = max(abs(x), abs(y), abs(z)) or Fraction(1)
+    x, y, z = (Fraction(round(part / longest * 10**DIGITS), 10**DIGITS) for part in (x, y, z))
+    return (x, y, z) if any((x, y, z)) else (Fraction(1), Fraction(0), Fraction(0))
+
+
+def _cross(one: Vector, other: Vector) -> Vector:
+    (a, b, c), (x, y, z) = one, other
+    return (b * z - c * y, c * x - a * z, a * y - b * x)
+
+
+def _difference(one: Matrix, factor: Fraction, other: Matrix) -> Matrix:
+    """Return one − factor·other."""
+    first, second, third = (_sum(row, _scaled(less, -factor)) for row, less in zip(one, other, strict=True))
+    return (first, second, third)
 
 
 def _power_of_ten_below(value: Fraction) -> Fraction:
@@ -272,7 +346,8 @@ def _determinant(matrix: Matrix) -> Fraction:
     return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
 
 
-def _is_diagonal(matrix: Matrix) -> bool:
+def is_diagonal(matrix: Matrix) -> bool:
+    """Return whether all entries off the diagonal are 0."""
     return matrix == diagonal((matrix[0][0], matrix[1][1], matrix[2][2]))
 
 
