@@ -79,7 +79,12 @@ def implied(parameters: Parameters, horizon: int) -> Bounds:
             v = min(v, a * duration)
         return (v, a, j)
 
-    by_axis = [axis(*bounds) for bounds in zip(parameters.v_max, parameters.a_max, parameters.j_max, strict=True)]
+    # what bounds a norm bounds every axis
+    boxes = [
+        [box if norm is None else min(box, norm) for box in getattr(parameters, name)]
+        for name, norm in (("v_max", parameters.v_norm), ("a_max", parameters.a_norm), ("j_max", parameters.j_norm))
+    ]
+    by_axis = [axis(*bounds) for bounds in zip(*boxes, strict=True)]
     (vx, ax, jx), (vy, ay, jy), (vz, az, jz) = by_axis
     return Bounds(flying_space(parameters), (vx, vy, vz), (ax, ay, az), (jx, jy, jz))
 

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from swarmproof.scenario.definition import flying_space
 from swarmproof.scenario.points import Point
 from swarmproof.semantics.switches import BadInput
-from swarmproof.theorem3.parameters import ClosedBox, Parameters, Vector
+from swarmproof.theorem3.parameters import NORMS, ClosedBox, Parameters, Vector
 
 Floats = NDArray[np.float64]
 
@@ -53,6 +53,13 @@ class Bounds(NamedTuple):
             BadInput: there is no flying space, or one cannot fly with the parameters.
         """
         return cls(flying_space(parameters), parameters.v_max, parameters.a_max, parameters.j_max)
+
+
+class Norm(NamedTuple):
+    """A bound of a Euclidean norm in SI units, and the largest integer that its square in lattice units can be."""
+
+    bound: Fraction
+    square: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,6 +223,14 @@ class Lattice:
         return np.array([floor(bound / self.jerk_unit) for bound in self.bounds.j_max], float)
 
     @cached_property
+    def norms(self) -> dict[str, Norm]:
+        """The bounds of norms, by parameter, as far as the bounds per axis do not imply them."""
+        units = {"v_norm": self.velocity_unit, "a_norm": self.acceleration_unit, "j_norm": self.jerk_unit}
+        return {
+            name: Norm(norm, floor((norm / units[name]) ** 2)) for name, norm in binding_norms(self.parameters).items()
+        }
+
+    @cached_property
     def from_state(self) -> Floats:
         """Positions at steps 0 … H·m under zero jerk, from (p, v, a): shape (H·m + 1, 3)."""
         step = np.arange(self.horizon * self.steps + 1, dtype=float)
@@ -245,6 +260,14 @@ class Lattice:
     def _since_begin(self) -> Floats:
         period = np.arange(self.horizon + 1, dtype=float)
         return self.steps * (period[:, None] - period[None, : self.horizon])
+
+
+def binding_norms(parameters: Parameters) -> dict[str, Fraction]:
+    """Return the bounds of norms (SI), by parameter, that the bounds per axis do not imply."""
+    norms = {name: (getattr(parameters, name), getattr(parameters, box)) for name, box in NORMS.items()}
+    return {
+        name: norm for name, (norm, box) in norms.items() if norm is not None and norm**2 < sum(side**2 for side in box)
+    }
 
 
 def _cubed(steps: Floats) -> Floats:

@@ -15,13 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmproof.motion.lattice import Floats, Lattice
-from swarmproof.planning.plan import Plan
+from swarmproof.planning.plan import ROUNDOFF, Plan
 from swarmproof.scenario.scenario import EXACT, Tolerance
 
 Booleans = NDArray[np.bool_]
-
-#: Unit roundoff of float64.
-ROUNDOFF = 2.0**-53
 
 
 class Asked(NamedTuple):

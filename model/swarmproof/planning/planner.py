@@ -52,7 +52,7 @@ class Planner:
         program = LazyProgram(self.model, task)
         attempts = [program.spare]
         if feasible:
-            attempts.append(np.clip(program.room, 0.0, program.spare))
+            attempts.append(program.kept)
         why, status = "", Status.GAVE_UP
         for demands in attempts:
             status, jerks = program.solve(self.solver, demands)

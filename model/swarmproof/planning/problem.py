@@ -10,6 +10,7 @@ import numpy as np
 
 from swarmproof.motion.lattice import Floats, Lattice
 from swarmproof.planning.accept import Planes
+from swarmproof.planning.ball import directions, share
 from swarmproof.planning.plan import Plan
 from swarmproof.scenario.scenario import EXACT, Tolerance, Weights
 from swarmproof.semantics.switches import BadInput
@@ -81,7 +82,7 @@ class Model:
     is ½|y|². There are H − 2 of them for each axis; they are ordered axis by axis.
 
     What is bounded (13c, 13d) are, axis by axis, positions, velocities, accelerations at the ends of periods 1 … H,
-    and jerks: 12H values.
+    and jerks: 12H values. Where norms are bounded, too, the polyhedron of `ball` stands for the ball.
 
     Attributes:
         band: weight of the soft constraint, relative to the largest weight of (13a).
@@ -91,9 +92,12 @@ class Model:
         to_bounded: its bounded values, shape (4H, H − 2).
         bounds: all bounded values by all coordinates, and below these negated, shape (24H, 3(H − 2)).
         highs: upper bounds, shape (12H,); `lows`: lower bounds.
+        norms: per bounded norm, which of the bounded values it is about (1 velocities, 2 accelerations, 3 jerks), and
+            how far these may reach in each direction of the polyhedron.
         gradients: from the bounded values of one axis (targets subtracted) to the linear term, shape (H − 2, 4H).
-        spare_of_planes, spare_of_bounds: by how much rows are tightened, so that an answer that is off by less than
-            the solver's tolerance, and then rounded, satisfies them (m, m/s, …); shape () and (24H,).
+        spare_of_planes, spare_of_bounds, spare_of_norms: by how much rows are tightened, so that an answer that is off
+            by less than the solver's tolerance, and then rounded, satisfies them (m, m/s, …); shape (), (24H,) and that
+            of the rows of norms.
 
     Raises:
         BadInput: the lattice is so coarse that this would take away much of the problem.
@@ -126,8 +130,12 @@ class Model:
         self.bounds = np.concatenate([by_axis, -by_axis])
         self.highs = self._bounds(lattice.high, lattice.v_max, lattice.a_max, lattice.j_max)
         self.lows = self._bounds(lattice.low, -lattice.v_max, -lattice.a_max, -lattice.j_max)
-
+        kinds = {"v_norm": 1, "a_norm": 2, "j_norm": 3}
+        self.norms = [(kinds[name], share() * float(norm.bound)) for name, norm in lattice.norms.items()]
         self.spare_of_planes, self.spare_of_bounds = self._spare(samples, bounded)
+        # all three axes may be off at once
+        spares = np.array([self._spare_of_norm(kind) for kind, _ in self.norms])
+        self.spare_of_norms = np.repeat(spares, horizon * len(directions()))
 
     def _spare(self, samples: Floats, bounded: Floats) -> tuple[float, Floats]:
         """Return by how much rows of planes, and those of bounds, are tightened.
@@ -156,6 +164,10 @@ class Model:
                     f"by up to {spare:.1e}: a smaller flying space, a shorter horizon or fewer rounds would do"
                 )
         return of_planes, np.tile(np.repeat(by_kind, lattice.horizon), 6)
+
+    def _spare_of_norm(self, kind: int) -> float:
+        of_axis = float(self.spare_of_bounds[kind * self.lattice.horizon])
+        return of_axis if of_axis <= SPARE else 3**0.5 * of_axis
 
     def _bounds(self, *by_kind: Floats) -> Floats:
         return np.repeat((np.stack(by_kind, axis=1) * self.units).ravel(), self.lattice.horizon)
