@@ -161,7 +161,7 @@ def test_theorem_1_needs_no_room_in_the_polyhedron() -> None:
     """A plan comes out where the old trajectory itself is outside the polyhedron: rows ask no more than it has."""
     task = at_the_bound()
     planner = Planner(task.own.lattice, Weights())
-    program = qp.LazyProgram(planner.model, task)
+    program = qp.LazyProgram(planner.models[0], task)
     assert program.room.min() < -5e-4, "the old trajectory must be outside the polyhedron"
     assert old_satisfies(task.own, task.start, task.planes)
     planned = planner.plan(task)

@@ -53,14 +53,14 @@ class Plan:
 
     @cached_property
     def _scaled(self) -> Floats:
-        return self._resting @ self.lattice.scaling.T
+        return self._resting @ self.lattice.pairs.first.T
 
     def sampled_from(self, k: int) -> Floats:
         """Return the positions at the samples k·T + h·T_c, h = 0 … H·m, k at `start` or later. Shape (H·m + 1, 3)."""
         return self._resting[self._samples(k)]
 
     def scaled_from(self, k: int) -> Floats:
-        """Return the scaled positions q = S·p at the same samples. Shape (H·m + 1, 3)."""
+        """Return the scaled positions q = S·p at the same samples; p where pairs differ. Shape (H·m + 1, 3)."""
         return self._scaled[self._samples(k)]
 
     def _samples(self, k: int) -> slice:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmproof.motion.lattice import Floats
+from swarmproof.motion.pairs import turned
 from swarmproof.planning.accept import asked
 from swarmproof.planning.ball import directions
 from swarmproof.planning.problem import Model, Task, rightness
@@ -52,8 +53,10 @@ class Rows:
         n = planes.normals[:, 1:] * (unit / np.maximum(size, unit))[:, :, None]
         halfway, full = asked(model.lattice, planes.tolerance, scaled=False)
         needed = np.where(planes.halfway[:, None], 0.5 * (halfway + size), full)
-        self.normals = n @ model.theta_inverse
-        self._beyond = np.einsum("nhx,nhx->nh", n, planes.others[:, 1:]) * unit - needed
+        # where pairs differ, what is scaled is the difference: its part of the others here, that of the plan in normals
+        self.normals = n @ (model.theta_inverse if planes.second is None else planes.second[:, 0] * model.per_entry)
+        others = turned(planes.others[:, 1:], planes.second)
+        self._beyond = np.einsum("nhx,nhx->nh", n, others) * unit - needed
         neighbours = {j: place for place, j in enumerate(task.others)}
         self.owner = np.array([neighbours[j] for j in planes.owners], np.intp)
 
