@@ -74,7 +74,7 @@ def again(what: Setting, flights: Flights, pattern: Pattern, rounds: int) -> lis
     flight = what.flight()
     recorded = Recorded(losses, what.scenario.uavs, what.cus)
     states = [flown.before for flown in flight.rounds(flight.initial(), recorded, rounds)]
-    unit = float(flight.lattice.scaled_unit)
+    unit = float(flight.lattice.pairs.unit)
     return [closest(reference_pieces(flight.lattice, state)).lower ** 0.5 * unit for state in states]
 
 
@@ -256,7 +256,7 @@ class Watched:
             for i, one in enumerate(step):
                 for other in step[:i]:
                     square = sum((a - b) ** 2 for a, b in zip(one, other, strict=True))
-                    self.smallest = min(self.smallest, square * lattice.scaled_unit**2)
+                    self.smallest = min(self.smallest, square * lattice.pairs.unit**2)
         return pieces
 
 

@@ -122,7 +122,7 @@ def test_the_plane_is_the_planners(
         return
     units = lattice()
     # places in whole units of the lattice, where d̂_min is `distance` grid steps
-    d = units.parameters.d_hat_min / units.scaled_unit
+    d = units.parameters.d_hat_min / units.pairs.unit
     step = d / distance
     assert step.denominator == 1
     values = {

@@ -242,7 +242,7 @@ def test_whoever_is_nearest_by_a_unit_is_found() -> None:
     """Of pairs that no float tells from d̂_min, nor from each other, it is exact which is closest, and how close."""
     units = lattice("theta_inverse=1")
     random = np.random.default_rng(0)
-    limit = int(F(1, 16) / units.scaled_unit**2)
+    limit = int(F(1, 16) / units.pairs.unit**2)
     below = misled = 0
     for _ in range(60):
         # pairs of hovering UAVs, a metre from one pair to the next
@@ -264,7 +264,7 @@ def test_whoever_is_nearest_by_a_unit_is_found() -> None:
         x, y, z = np.array(pairs, float).T
         misled += sum(int(n) ** 2 for n in pairs[int((x * x + y * y + z * z).argmin())]) != exact
         for approach in ways_to_see(units, plans):
-            assert approach.square == exact * units.scaled_unit**2
+            assert approach.square == exact * units.pairs.unit**2
     assert 10 < below < 60
     # floats alone would have been wrong
     assert misled > 10
@@ -278,7 +278,7 @@ FAR_ENOUGH, TOO_CLOSE = (70704331461, 362616, 71651913262), (65853381872, 761342
 def test_a_pair_that_is_too_close_is_not_hidden_by_one_that_is_not() -> None:
     """References closer than d̂_min are seen, though others, a hair further apart, come first."""
     units = lattice("theta_inverse=1")
-    square_of_d_hat = units.square(units.parameters.d_hat_min)
+    square_of_d_hat = units.pairs.square(units.parameters.d_hat_min)
     assert sum(n * n for n in TOO_CLOSE) < square_of_d_hat <= sum(n * n for n in FAR_ENOUGH)
     here, there = (-1.0, -1.0, 1.0), (1.0, -1.0, 1.0)
     plans = [hover(units, here), hover(units, here, FAR_ENOUGH), hover(units, there), hover(units, there, TOO_CLOSE)]

@@ -99,11 +99,11 @@ def test_scaled_positions_are_integers(horizon: int, changes: tuple[str, ...]) -
     units = lattice(*changes, horizon=horizon)
     theta = units.parameters.theta_inverse
     for row, col in product(range(3), repeat=2):
-        entry = units.scaling[row, col]
+        entry = units.pairs.first[row, col]
         assert entry == int(entry)
-        assert int(entry) * units.scaled_unit == theta[row][col] * units.position_unit
+        assert int(entry) * units.pairs.unit == theta[row][col] * units.position_unit
     distance = F(1, 3)
-    assert units.square(distance) * units.scaled_unit**2 == distance**2
+    assert units.pairs.square(distance) * units.pairs.unit**2 == distance**2
 
 
 @EVERY
@@ -124,7 +124,7 @@ def test_the_lattice_is_the_finest_that_is_small_enough(horizon: int, changes: t
             for _ in range(steps):
                 p, v, a = p + 3 * v + 3 * a + u, v + 2 * a + u, a + u
             corner.append(p + abs(int(of.low[axis])))
-        return max(sum(abs(int(s)) * p for s, p in zip(row, corner, strict=True)) for row in of.scaling)
+        return max(sum(abs(int(s)) * p for s, p in zip(row, corner, strict=True)) for row in of.pairs.first)
 
     assert largest(units) < LARGEST
     assert units.jerk_unit.numerator == 1
@@ -142,12 +142,12 @@ def test_the_largest_numbers_are_exact(horizon: int, changes: tuple[str, ...]) -
     state = np.stack([units.high, units.v_max, units.a_max])
     jerks = np.tile(units.j_max, (horizon, 1))
     positions = units.from_state @ state + units.from_jerks @ jerks
-    scaled = positions @ units.scaling.T
+    scaled = positions @ units.pairs.first.T
     p, v, a = ([int(x) for x in row] for row in state)
     for step in range(horizon * units.steps + 1):
         assert positions[step].tolist() == p
         assert [int(q) for q in scaled[step]] == [
-            sum(int(s) * x for s, x in zip(row, p, strict=True)) for row in units.scaling
+            sum(int(s) * x for s, x in zip(row, p, strict=True)) for row in units.pairs.first
         ]
         u = [int(x) for x in units.j_max]
         p = [p + 3 * v + 3 * a + u for p, v, a, u in zip(p, v, a, u, strict=True)]

@@ -88,7 +88,7 @@ def test_later_samples_are_those_of_the_same_trajectory(changes: tuple[str, ...]
     at = times(units, k)
     points = [truth.position(t) for t in at]
     assert si(units, plan.sampled_from(k), units.position_unit) == points
-    assert si(units, plan.scaled_from(k), units.scaled_unit) == [scaled(units, point) for point in points]
+    assert si(units, plan.scaled_from(k), units.pairs.unit) == [scaled(units, point) for point in points]
     p, v, a = plan.state_at(k)
     assert list(
         zip(
@@ -310,7 +310,7 @@ def _followed_for(rounds: int, plans: Planner) -> None:
     Another UAV hovers all the time, shifted every round.
     """
     random = np.random.default_rng(5)
-    units = plans.model.lattice
+    units = plans.models[0].lattice
     plan, still = hover(units, (0, 0, 1)), hover(units, (1.0, 1.0, 1.0))
     first_still = still
     T = units.parameters.T_s

@@ -392,7 +392,9 @@ def test_the_same_task_has_the_same_plan() -> None:
     for task, before in [*first, *first[::-1]]:
         assert plan(task, plans) == before.state.tobytes() + before.jerks.tobytes()
     task, before = first[7]
-    assert plan(task, Planner(before.lattice, plans.model.weights)) == before.state.tobytes() + before.jerks.tobytes()
+    assert (
+        plan(task, Planner(before.lattice, plans.models[0].weights)) == before.state.tobytes() + before.jerks.tobytes()
+    )
 
 
 def test_a_solver_with_a_memory_would_be_noticed() -> None:

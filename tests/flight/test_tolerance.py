@@ -48,7 +48,7 @@ def nearest_square(state: FlightState, recording: Recording) -> Fraction:
             rough = (apart**2).sum(axis=1)
             near = apart[rough <= rough.min() * (1 + 1e-9)]
             squares.append(min(sum(int(x) ** 2 for x in row) for row in near))
-    return min(squares) * recording.flight.lattice.scaled_unit**2
+    return min(squares) * recording.flight.lattice.pairs.unit**2
 
 
 @pytest.mark.parametrize(("loss", "near"), [("none", Fraction(1, 1000)), ("iid:0.1", Fraction(15, 1000))])
@@ -81,7 +81,7 @@ def test_the_candidate_is_refused_by_full_rows_only() -> None:
             old = task.own.shifted(task.start)
             broken = wrong_sides(old, task.planes)
             assert len(broken)
-            unit = task.own.lattice.scaled_unit
+            unit = task.own.lattice.pairs.unit
             for trajectory, h in broken:
                 assert not task.planes.halfway[trajectory]
                 square = sum(int(x) ** 2 for x in task.planes.normals[trajectory, h]) * unit**2
@@ -107,7 +107,7 @@ def satisfied(normal: tuple[int, ...], apart: tuple[int, ...], halfway: bool, to
     """Decide nᵀΔ/‖n‖ ≥ ½(d̂ + ‖n‖) − ε or d̂ − ε as it stands, with ‖n‖ to 40 digits; None if that is too close."""
     scale = 10**40
     length = Fraction(isqrt(sum(x * x for x in normal) * scale**2), scale)
-    d_hat, epsilon = D_HAT / UNITS.scaled_unit, tolerance / UNITS.scaled_unit
+    d_hat, epsilon = D_HAT / UNITS.pairs.unit, tolerance / UNITS.pairs.unit
     needed = (d_hat + length) / 2 - epsilon if halfway else d_hat - epsilon
     left = sum(a * b for a, b in zip(normal, apart, strict=True)) / length - needed
     return None if abs(left) < Fraction(1, 10**15) else left > 0
@@ -123,11 +123,11 @@ def test_a_row_is_decided_exactly(halfway: bool) -> None:
         tolerance = Tolerance(full, half)
         direction = random.normal(size=3)
         direction /= np.linalg.norm(direction)
-        size = random.uniform(0.05, 0.6) / float(UNITS.scaled_unit)
+        size = random.uniform(0.05, 0.6) / float(UNITS.pairs.unit)
         normal = tuple(int(x) for x in direction * size)
-        needed = 0.25 - float(full) if not halfway else (0.25 + size * float(UNITS.scaled_unit)) / 2 - float(half)
+        needed = 0.25 - float(full) if not halfway else (0.25 + size * float(UNITS.pairs.unit)) / 2 - float(half)
         over = int(random.integers(-4, 5)) if n % 2 else 0
-        apart = tuple(int(x) for x in direction * (needed / float(UNITS.scaled_unit) + over))
+        apart = tuple(int(x) for x in direction * (needed / float(UNITS.pairs.unit) + over))
         expected = satisfied(normal, apart, halfway, half if halfway else full)
         assert expected is not None
         found = right_side([float(x) for x in normal], [float(x) for x in apart], halfway, UNITS, tolerance)

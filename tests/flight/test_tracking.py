@@ -28,7 +28,7 @@ Vector = tuple[Fraction, Fraction, Fraction]
 
 def inverse(units: Lattice) -> list[list[Fraction]]:
     """Return S⁻¹, exactly, by Cramer's rule."""
-    s = [[F(int(entry)) for entry in row] for row in units.scaling]
+    s = [[F(int(entry)) for entry in row] for row in units.pairs.first]
     cofactors = [
         [
             s[(i + 1) % 3][(j + 1) % 3] * s[(i + 2) % 3][(j + 2) % 3]
@@ -80,21 +80,21 @@ def largest(units: Lattice, error: TrackingError, calls: int = 20) -> Fraction:
 def test_no_deviation_is_above_the_bound(name: str) -> None:
     """At all times of all steps, each deviation is within the bound, and some come near it."""
     units = lattice(*LATTICES[name])
-    square = largest(units, TrackingError(units, BOUND, 4, 3))
+    square = largest(units, TrackingError(units, [BOUND] * 4, 3))
     assert (F(9, 10) * BOUND) ** 2 < square <= BOUND**2
 
 
 def test_a_deviation_above_the_bound_is_noticed() -> None:
     """The test above sees deviations that are bounded by a thousandth more."""
     units = lattice()
-    assert largest(units, TrackingError(units, BOUND * F(1001, 1000), 4, 3), 60) > BOUND**2
+    assert largest(units, TrackingError(units, [BOUND * F(1001, 1000)] * 4, 3), 60) > BOUND**2
 
 
 @pytest.mark.parametrize("name", LATTICES)
 def test_deviations_are_linear_and_go_on(name: str) -> None:
     """Over a step a deviation moves along a straight line, and each step begins where the last one ended, from 0."""
     units = lattice(*LATTICES[name])
-    error = TrackingError(units, BOUND, 3, 1)
+    error = TrackingError(units, [BOUND] * 3, 1)
     steps = [step for _ in range(4) for step in deviations(units, error.pieces(units.steps))]
     assert len(steps) == 4 * units.steps
     assert [coefficients[0] for coefficients in steps[0]] == [(F(0), F(0), F(0))] * 3
@@ -113,7 +113,7 @@ def test_pieces_are_integers() -> None:
     """All coefficients are whole numbers, so that adding them to those of references rounds nothing."""
     for changes in LATTICES.values():
         units = lattice(*changes)
-        pieces = TrackingError(units, BOUND, 4, 0).pieces(50)
+        pieces = TrackingError(units, [BOUND] * 4, 0).pieces(50)
         assert np.array_equal(pieces, np.rint(pieces))
         assert 0 < np.abs(pieces).max() < 2.0**50
 
@@ -123,7 +123,7 @@ def test_deviations_follow_the_seed() -> None:
     units = lattice()
 
     def pieces(seed: int, *calls: int) -> Floats:
-        error = TrackingError(units, BOUND, 4, seed)
+        error = TrackingError(units, [BOUND] * 4, seed)
         return np.concatenate([error.pieces(steps) for steps in calls])
 
     assert pieces(7, 10).tobytes() == pieces(7, 4, 6).tobytes()
@@ -134,7 +134,7 @@ def test_deviations_follow_the_seed() -> None:
 def test_bounds_of_any_size(bound: Fraction) -> None:
     """A bound of a few lattice units or of a metre is kept as well."""
     units = lattice()
-    assert largest(units, TrackingError(units, bound, 3, 0), 5) <= bound**2
+    assert largest(units, TrackingError(units, [bound] * 3, 0), 5) <= bound**2
 
 
 # In flights

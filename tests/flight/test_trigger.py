@@ -212,8 +212,8 @@ def test_the_deadlock_tests_distances_are_those_it_says() -> None:
     for distance, expected in ((ARRIVED * 0.99, False), (ARRIVED * 1.01, True)):
         assert blocked([here, hover(UNITS, (1, 0, 1))], [(distance, 0, 1), (1, 0, 1)], [True] * 2, 0)[0] is expected
     other = wander(np.random.default_rng(1), here, 0, 0.3)
-    way = np.linalg.norm((other.positions - other.positions[0]) @ UNITS.scaling.T, axis=1).max()
-    size = STILL / (way * float(UNITS.scaled_unit))
+    way = np.linalg.norm((other.positions - other.positions[0]) @ UNITS.pairs.first.T, axis=1).max()
+    size = STILL / (way * float(UNITS.pairs.unit))
     for share, expected in ((0.99, True), (1.01, False)):
         small = Plan(UNITS, 0, other.state, np.rint(other.jerks * size * share))
         assert blocked([small, hover(UNITS, (1, 0, 1))], [(1, 1, 1), (1, 0, 1)], [True] * 2, 0)[0] is expected

@@ -162,7 +162,7 @@ def test_the_sampled_separation_is_that_of_the_rounds(cell: Cell) -> None:
             # halves of a step as well: they are between samples
             for step in (h, h + 0.5):
                 places = [
-                    [int(x) for x in lattice.scaling @ plan.position((k - plan.start) * lattice.steps + step)]
+                    [int(x) for x in lattice.pairs.first @ plan.position((k - plan.start) * lattice.steps + step)]
                     for plan in plans
                 ]
                 square = min(sum((x - y) ** 2 for x, y in zip(*pair, strict=True)) for pair in combinations(places, 2))
@@ -171,7 +171,7 @@ def test_the_sampled_separation_is_that_of_the_rounds(cell: Cell) -> None:
                     smallest = square if smallest is None else min(smallest, square)
     assert smallest is not None
     assert inner is not None
-    unit = Fraction(lattice.scaled_unit)
+    unit = Fraction(lattice.pairs.unit)
     assert ours.sampled == sqrt(smallest * unit**2)
     # rounding to whole units of half steps, some 1e-12 m, is far below what a micrometre is
     assert ours.lower <= sqrt(inner * unit**2) + 1e-6

@@ -105,25 +105,31 @@ def cubics(states: Floats, jerks: Floats, scaling: Floats, steps: int) -> Floats
     return pieces
 
 
-def closest(pieces: Floats) -> Closest:
+def closest(pieces: Floats, second: Floats | None = None) -> Closest:
     """Return the closest approach over all `pieces`, shape (R, U, 3, 4), and all pairs of their UAVs.
 
     The enclosure is not wider than :data:`WIDTH` · upper + 1e-12 M, M being the largest |d_k|² of any pair and step.
     The second part shows only where UAVs nearly meet, and is usually much smaller.
 
+    Args:
+        pieces: of q, or of positions where `second` is given.
+        second: integer matrices with which the differences of the pairs i < j, in the order of their indices, are to be
+            multiplied (:meth:`swarmproof.motion.pairs.Pairs.among`), shape (pairs, 3, 3).
+
     Raises:
-        BadInput: `pieces` has another shape, no step, less than two UAVs, or a number that is no integer up to 2⁵⁰.
+        BadInput: `pieces` has another shape, no step, less than two UAVs, or a number that is no integer up to 2⁵⁰,
+            less if `second` makes it larger.
     """
     # The second part: 856uM of slack count up to four times. Parts that are open after 52 splits are h = 2⁻²⁸ long, and
     # second differences of c at most 4h²M: a coefficient is within 3h²M of a value, a minimum within 15h²M of one at an
     # end, together 3uM. And `fraction` is wrong by at most 3u for each split, hence the value there by 52 · 3u · 12M.
-    found = _Search(_checked(pieces), None)
+    found = _Search(_checked(pieces, second), second, None)
     step, i, j = _place(pieces, found.piece)
-    upper = _rounded_up(_square_at(_difference(pieces, found.piece), found.fraction))
+    upper = _rounded_up(_square_at(_difference(pieces, second, found.piece), found.fraction))
     return Closest(min(found.lower, upper), upper, step, (i, j), found.fraction)
 
 
-def at_least(pieces: Floats, square: Fraction) -> bool | None:
+def at_least(pieces: Floats, square: Fraction, second: Floats | None = None) -> bool | None:
     """Return whether |q_j − q_i|² ≥ `square` for all pairs and times of `pieces`, shape (R, U, 3, 4).
 
     True is certified; False means that a place with a smaller value is known, exactly. None: the minimum is so close to
@@ -132,14 +138,14 @@ def at_least(pieces: Floats, square: Fraction) -> bool | None:
     Raises:
         BadInput: as :func:`closest`.
     """
-    found = _Search(_checked(pieces), _rounded_up(square))
-    if _square_at(_difference(pieces, found.piece), found.fraction) < square:
+    found = _Search(_checked(pieces, second), second, _rounded_up(square))
+    if _square_at(_difference(pieces, second, found.piece), found.fraction) < square:
         return False
-    answers = {_exactly_at_least(_difference(pieces, piece), square) for piece in found.unsure}
+    answers = {_exactly_at_least(_difference(pieces, second, piece), square) for piece in found.unsure}
     return False if False in answers else None if None in answers else True
 
 
-def lowest_per_step(pieces: Floats) -> tuple[Floats, Floats]:
+def lowest_per_step(pieces: Floats, second: Floats | None = None) -> tuple[Floats, Floats]:
     """Return certified bounds (lower, upper), shape (R,) each, of the smallest |q_j − q_i|² of all pairs in each step.
 
     They are :data:`WIDTH_OF_STEP` · upper apart, or more where :data:`DEPTH_OF_STEP` splits do not reach that.
@@ -148,8 +154,8 @@ def lowest_per_step(pieces: Floats) -> tuple[Floats, Floats]:
         BadInput: as :func:`closest`.
     """
     lower, upper = np.full(len(pieces), inf), np.full(len(pieces), inf)
-    pairs = len(_pairs(_checked(pieces).shape[1])[0])
-    for boxes in _whole_steps(pieces):
+    pairs = len(_pairs(_checked(pieces, second).shape[1])[0])
+    for boxes in _whole_steps(pieces, second):
         while True:
             step = boxes.pieces // pairs
             np.minimum.at(upper, step, boxes.upper)
@@ -242,12 +248,12 @@ class _Search:
         unsure: pieces with a part whose lower bound remained below the goal.
     """
 
-    def __init__(self, pieces: Floats, goal: float | None) -> None:
+    def __init__(self, pieces: Floats, second: Floats | None, goal: float | None) -> None:
         self.lower = self.best = inf
         self.piece, self.fraction = 0, 0.0
         self.unsure: set[int] = set()
         self._goal = goal
-        waiting = [self._open(some).rows for some in _whole_steps(pieces)]
+        waiting = [self._open(some).rows for some in _whole_steps(pieces, second)]
         boxes = self._open(_Boxes(np.concatenate(waiting, axis=1), 0))
         while boxes.rows.size and boxes.depth < DEPTH and not (goal is not None and self.best < goal):
             boxes = self._open(boxes.split())
@@ -274,19 +280,22 @@ class _Search:
             self.unsure.update(boxes.pieces[lower < self._goal].tolist())
 
 
-def _whole_steps(pieces: Floats) -> Iterator[_Boxes]:
+def _whole_steps(pieces: Floats, second: Floats | None) -> Iterator[_Boxes]:
     """Yield every piece as a part of its own, some steps at a time."""
-    first, second = _pairs(pieces.shape[1])
+    one, other = _pairs(pieces.shape[1])
     by_axis = np.ascontiguousarray(pieces.transpose(2, 3, 0, 1))
-    at_once = max(1, _TOGETHER // len(first))
+    at_once = max(1, _TOGETHER // len(one))
     for begin in range(0, len(pieces), at_once):
         some = by_axis[:, :, begin : begin + at_once]
-        d = (some[..., second] - some[..., first]).reshape(3, 4, -1)
+        apart = some[..., other] - some[..., one]
+        if second is not None:
+            apart = np.einsum("pxy,yksp->xksp", second, apart)
+        d = apart.reshape(3, 4, -1)
         products = (d[:, _FIRST] * d[:, _SECOND]).sum(axis=0)
         rows = np.zeros((11, products.shape[1]))
         rows[:7] = _ROUNDED_WEIGHTS @ products
         rows[7] = products[_SQUARES].max(axis=0)
-        rows[8] = begin * len(first) + np.arange(products.shape[1])
+        rows[8] = begin * len(one) + np.arange(products.shape[1])
         rows[10] = 1
         yield _Boxes(rows, 0)
 
@@ -304,10 +313,13 @@ def _place(pieces: Floats, piece: int) -> tuple[int, int, int]:
     return step, int(first[pair]), int(second[pair])
 
 
-def _difference(pieces: Floats, piece: int) -> list[list[int]]:
+def _difference(pieces: Floats, second: Floats | None, piece: int) -> list[list[int]]:
     """Return the coefficients of q_j − q_i over a piece, exactly: four for each axis."""
     step, i, j = _place(pieces, piece)
-    return [[int(d) for d in axis] for axis in (pieces[step, j] - pieces[step, i]).tolist()]
+    apart = pieces[step, j] - pieces[step, i]
+    if second is not None:
+        apart = second[piece % len(second)] @ apart
+    return [[int(d) for d in axis] for axis in apart.tolist()]
 
 
 def _square_at(difference: list[list[int]], fraction: float) -> Fraction:
@@ -350,13 +362,14 @@ def _rounded_up(value: Fraction) -> float:
     return nearest if Fraction(nearest) >= value else nextafter(nearest, inf)
 
 
-def _checked(pieces: Floats) -> Floats:
+def _checked(pieces: Floats, second: Floats | None) -> Floats:
     """Return `pieces`; raise :class:`BadInput` unless they are what this module is sound for."""
     if pieces.ndim != 4 or pieces.shape[2:] != (3, 4) or pieces.shape[0] < 1 or pieces.shape[1] < 2:
         raise BadInput(
             f"pieces of shape {pieces.shape} have no distances: "
             "(steps, UAVs, 3, 4), with at least one step and two UAVs, would be right"
         )
-    if not (np.abs(pieces).max() <= LARGEST and (pieces == np.rint(pieces)).all()):
+    stretched = 1.0 if second is None else float(np.abs(second).sum(axis=2).max())
+    if not (np.abs(pieces).max() * stretched <= LARGEST and (pieces == np.rint(pieces)).all()):
         raise BadInput("pieces have a coefficient that is no integer of at most 2^50: lattice units would be right")
     return pieces

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from swarmproof.claims.flight import Approach, PlannedBy
 from swarmproof.flight.state import FlightState, Name
 from swarmproof.motion.lattice import Floats, Lattice
+from swarmproof.motion.pairs import turned
 from swarmproof.planning.plan import Plan
 
 Mask = NDArray[np.bool_]
@@ -50,7 +51,9 @@ class Candidates:
         self.names = [name for name, _ in items]
         self.owners = np.array([i for i, _ in self.names])
         self._q = np.array([plan.scaled_from(k) for _, plan in items])
-        apart = self._q[:, None] - self._q[None]
+        owners = self.owners
+        self._second = lattice.pairs.second(owners[:, None, None], owners[None, :, None])
+        apart = turned(self._q[:, None] - self._q[None], self._second)
         self.squares: Floats = np.einsum("abhx,abhx->abh", apart, apart)
         self._lowest = [self.squares.min(axis=2), self.squares[:, :, 1:].min(axis=2)]
 
@@ -78,7 +81,8 @@ class Candidates:
             return None
         a, b = divmod(at, len(self.names))
         places = [(a, b, first + int(self.squares[a, b, first:].argmin()))]
-        limit = float(self._lattice.square(self._lattice.parameters.d_hat_min))
+        pairs_kept = self._lattice.pairs
+        limit = float(pairs_kept.square(pairs_kept.distance))
         if abs(smallest - limit) <= _DOUBT * limit:
             near = (self.squares <= smallest * (1 + _DOUBT)) & pairs[:, :, None]
             near[:, :, :first] = False
@@ -86,7 +90,8 @@ class Candidates:
         return min((self._approach(*place) for place in places), key=lambda approach: approach.square)
 
     def _approach(self, a: int, b: int, h: int) -> Approach:
-        return _approach(self._lattice, self._k, (self.names[a], self.names[b]), self._q[b, h] - self._q[a, h], h)
+        apart = turned(self._q[b, h] - self._q[a, h], None if self._second is None else self._second[a, b, 0])
+        return _approach(self._lattice, self._k, (self.names[a], self.names[b]), apart, h)
 
 
 def closest_at_samples(lattice: Lattice, k: int, names: Sequence[Name], positions: Floats) -> Approach | None:
@@ -96,15 +101,16 @@ def closest_at_samples(lattice: Lattice, k: int, names: Sequence[Name], position
         lattice: the units.
         k: the round.
         names: of the trajectories, one for each UAV.
-        positions: scaled, shape (m, N, 3).
+        positions: as :meth:`~swarmproof.planning.plan.Plan.scaled_from` has them, shape (m, N, 3).
     """
     one, other = np.triu_indices(len(names), 1)
     if not len(one):
         return None
-    apart = positions[:, other] - positions[:, one]
+    pairs, owners = lattice.pairs, np.array([i for i, _ in names])
+    apart = turned(positions[:, other] - positions[:, one], pairs.second(owners[one], owners[other]))
     squares = np.einsum("hpx,hpx->hp", apart, apart)
     smallest = float(squares.min())
-    limit = float(lattice.square(lattice.parameters.d_hat_min))
+    limit = float(pairs.square(pairs.distance))
     # far from d̂_min, the pair whose computed distance is the smallest decides, and no other
     near = np.argwhere(squares <= smallest * (1 + (_DOUBT if abs(smallest - limit) <= _DOUBT * limit else 0)))
     return min(
@@ -114,7 +120,7 @@ def closest_at_samples(lattice: Lattice, k: int, names: Sequence[Name], position
 
 
 def _approach(lattice: Lattice, k: int, names: tuple[Name, Name], apart: Floats, h: int) -> Approach:
-    square = sum(int(x) ** 2 for x in apart) * lattice.scaled_unit**2
+    square = sum(int(x) ** 2 for x in apart) * lattice.pairs.unit**2
     time = k * lattice.parameters.T_s + h * lattice.parameters.T_c
     (i, one), (j, other) = names
     return Approach(square, (i, j), (PlannedBy(*one), PlannedBy(*other)), time)

@@ -15,6 +15,7 @@ from swarmproof.claims.flight import Approach, PlannedBy
 from swarmproof.flight.state import Attempt, Name, Round
 from swarmproof.mlr.messages import HOVERING, Metadata, TrajectoryMessage
 from swarmproof.motion.lattice import Lattice
+from swarmproof.motion.pairs import Pairs, turned
 from swarmproof.planning.accept import wrong_sides
 from swarmproof.planning.plan import Plan
 from swarmproof.scenario.scenario import EXACT
@@ -23,7 +24,13 @@ from swarmproof.theorem3.parameters import Vector
 NOT_MOVED: Vector = (Fraction(0), Fraction(0), Fraction(0))
 
 
-def explain(lattice: Lattice, rounds: Iterable[Round], approach: Approach, origin: Vector = NOT_MOVED) -> list[str]:
+def explain(
+    lattice: Lattice,
+    rounds: Iterable[Round],
+    approach: Approach,
+    origin: Vector = NOT_MOVED,
+    pairs: Pairs | None = None,
+) -> list[str]:
     """Return the chain of events, a sentence each, that led to an approach.
 
     Args:
@@ -31,6 +38,7 @@ def explain(lattice: Lattice, rounds: Iterable[Round], approach: Approach, origi
         rounds: the rounds up to the approach, without gaps.
         approach: of two trajectories in them.
         origin: m; what is to be added to the flight's coordinates.
+        pairs: what the distance in the approach is that of; what plans keep, if not given.
     """
     rounds = list(rounds)
     by_round = {flown.before.k: flown for flown in rounds}
@@ -46,7 +54,7 @@ def explain(lattice: Lattice, rounds: Iterable[Round], approach: Approach, origi
         chain += _losses(by_round, one, other)
         chain += _assumption(by_round.get(one[1].round - 1), planned, attempt, one, other)
         chain += _plan(lattice, attempt, one)
-    return [*chain, _place(lattice, rounds, (one, other), approach.time, origin)]
+    return [*chain, _place(lattice, pairs or lattice.pairs, rounds, (one, other), approach.time, origin)]
 
 
 def _losses(by_round: dict[int, Round], one: Name, other: Name) -> list[str]:
@@ -126,8 +134,8 @@ def _same_round(before: Round | None, planned: Round, attempt: Attempt, one: Nam
 def _plan(lattice: Lattice, attempt: Attempt, one: Name) -> list[str]:
     plan = attempt.planned.plan
     assert plan is not None
-    apart = attempt.task.planes.others - plan.scaled_from(plan.start)
-    nearest = np.sqrt((apart * apart).sum(axis=2).min()) * float(lattice.scaled_unit)
+    apart = attempt.task.planes.apart(plan)
+    nearest = np.sqrt((apart * apart).sum(axis=2).min()) * float(lattice.pairs.unit)
     demanded = "as (13f) demands" if attempt.task.tolerance == EXACT else "as (13f) demands, but for the tolerance"
     verdict = "which breaks (13f)" if len(wrong_sides(plan, attempt.task.planes)) else demanded
     return [
@@ -136,7 +144,9 @@ def _plan(lattice: Lattice, attempt: Attempt, one: Name) -> list[str]:
     ]
 
 
-def _place(lattice: Lattice, rounds: Sequence[Round], names: tuple[Name, Name], time: Fraction, origin: Vector) -> str:
+def _place(
+    lattice: Lattice, pairs: Pairs, rounds: Sequence[Round], names: tuple[Name, Name], time: Fraction, origin: Vector
+) -> str:
     """Say where the two trajectories are at `time`."""
     known: dict[Name, Plan] = {}
     for flown in rounds:
@@ -151,10 +161,11 @@ def _place(lattice: Lattice, rounds: Sequence[Round], names: tuple[Name, Name], 
     for name in names:
         plan = known[name]
         here = plan.position(step - plan.start * lattice.steps)
-        scaled.append(lattice.scaling @ here)
+        scaled.append(pairs.first @ here)
         x, y, z = here * float(lattice.position_unit) + np.array(origin, float)
         places.append(f"UAV {name[0]} ({in_words(name)}) is at ({x:.3f}, {y:.3f}, {z:.3f}) m")
-    distance = float(np.linalg.norm(scaled[1] - scaled[0])) * float(lattice.scaled_unit)
+    apart = turned(scaled[1] - scaled[0], pairs.second(names[0][0], names[1][0]))
+    distance = float(np.linalg.norm(apart)) * float(pairs.unit)
     return f"Closest approach: at {float(time):.3f} s, {places[0]} and {places[1]}, {distance:.4f} m apart (scaled)."
 
 

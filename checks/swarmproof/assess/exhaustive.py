@@ -264,23 +264,24 @@ class _Search:
 
     def _between(self, level: Iterable[_Reached]) -> None:
         """Bound the references' distances in the round to come, and note where two collide."""
-        distance = self._flight.scenario.parameters.d_min
-        limit = float(self._lattice.square(distance)) * (1 + 1e-6)
-        unit, step = float(self._lattice.scaled_unit), float(self._lattice.parameters.T_c)
+        crash = self._lattice.crash
+        distance, second = crash.distance, crash.among(self._flight.scenario.uavs)
+        limit = float(crash.square(distance)) * (1 + 1e-6)
+        unit, step = float(crash.unit), float(self._lattice.parameters.T_c)
         for n, some in enumerate(_chunks(level, 512)):
             if n:
                 self._check_limits(0)
             self._underway += sum(underway(reached.state) > 0 for reached in some)
             pieces = np.concatenate([reference_pieces(self._lattice, reached.state) for reached in some])
-            found = closest(pieces)
+            found = closest(pieces, second)
             lower = sqrt(max(found.lower, 0.0)) * unit * (1 - 2.0**-50)
             self.found.continuous_lower = min(self.found.continuous_lower, lower)
             if found.lower >= limit:
                 continue
             for reached in some:
                 own = reference_pieces(self._lattice, reached.state)
-                decided = at_least(own, self._lattice.square(distance))
-                nearest = closest(own)
+                decided = at_least(own, crash.square(distance), second)
+                nearest = closest(own, second)
                 where = (reached.state.k * len(own) + nearest.step + nearest.fraction) * step
                 dip = Dip(sqrt(max(nearest.lower, 0.0)) * unit * (1 - 2.0**-50), decided, nearest.pair, where)
                 if decided is None:
@@ -329,8 +330,7 @@ class _Search:
     def _whole(self, references: Dip | None = None) -> ObservedFlight:
         """Return what is to be said of all flights as one, of which `references` is the closest approach."""
         far = Dip(self.found.continuous_lower, True, (0, 0), 0.0)
-        distance = self._flight.scenario.parameters.d_min
-        return ObservedFlight(distance, references or self._close or far, None, 0.0, 0.0, (), self._underway)
+        return ObservedFlight(self._lattice.crash.distance, references or self._close or far, None, 0.0, 0.0, (), self._underway)
 
 
 class _Stopped(Exception):

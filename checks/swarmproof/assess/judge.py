@@ -182,8 +182,8 @@ class Judge:
         self._last_too_close = -1
         self._recent: deque[Round] = deque(maxlen=REMEMBERED)
         self._view = View.of(flight.lattice, start)
-        self._references = Separation(flight.lattice, flight.scenario.parameters.d_min)
-        self._actual = Separation(flight.lattice, flight.scenario.parameters.d_min)
+        self._references = Separation(flight.lattice, flight.lattice.crash.distance)
+        self._actual = Separation(flight.lattice, flight.lattice.crash.distance)
         self._tracking = tracking
         self._sampled = Smallest()
         self._tracked = Smallest()
@@ -231,7 +231,7 @@ class Judge:
         references = self._references.dip()
         scenario = self._flight.scenario
         whole = ObservedFlight(
-            scenario.parameters.d_min,
+            self._lattice.crash.distance,
             references,
             None if self._tracking is None else self._actual.dip(),
             self._adopted / scenario.uavs,

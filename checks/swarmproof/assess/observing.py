@@ -63,7 +63,7 @@ def observe_round(lattice: Lattice, before: View, flown: Round) -> tuple[Observe
     others = frozenset(name for name in after.known if name[0] not in planned_uavs)
     observed = ObservedRound(
         k,
-        lattice.parameters.d_hat_min,
+        lattice.pairs.distance,
         known=before.closest(before.known, before.known, first=0),
         learned=after.closest(after.known, after.known, first=0),
         both_new=_both_new(after.candidates, flown, new),
@@ -96,11 +96,11 @@ def _both_new(candidates: Candidates | None, flown: Round, new: Mapping[Name, Pl
 
 
 def reference_pieces(lattice: Lattice, state: FlightState) -> Floats:
-    """Return the references in the round of `state` as scaled cubics: Bernstein coefficients, shape (m, N, 3, 4)."""
+    """Return the references in the round of `state` as cubics, scaled for crashes: coefficients, shape (m, N, 3, 4)."""
     k = state.k
     plans = [state.followed(i) for i in range(len(state.swarm.uavs))]
     states = np.array([plan.state_at(k) for plan in plans])
-    return cubics(states, np.array([plan.jerk_in(k) for plan in plans]), lattice.scaling, lattice.steps)
+    return cubics(states, np.array([plan.jerk_in(k) for plan in plans]), lattice.crash.first, lattice.steps)
 
 
 def closest_references(lattice: Lattice, state: FlightState) -> Approach | None:

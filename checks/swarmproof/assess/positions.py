@@ -89,7 +89,7 @@ class Positions:
     def _strays(self, pieces: Floats) -> Floats:
         """Return the deviations at the samples of a round and at its end, shape (m + 1, N, 3): they are integers."""
         scaled = np.concatenate([pieces[:, :, :, 0], pieces[-1:, :, :, 3]])
-        unscaled: Floats = np.rint(np.linalg.solve(self._lattice.scaling, scaled[..., None])[..., 0])
+        unscaled: Floats = np.rint(np.linalg.solve(self._lattice.crash.first, scaled[..., None])[..., 0])
         return unscaled
 
     def rows(self) -> Iterator[Row]:

@@ -24,6 +24,7 @@ from swarmproof.channel.deliver import deliver
 from swarmproof.channel.pattern import Losses, nothing_lost
 from swarmproof.flight.state import Computed, FlightState
 from swarmproof.motion.lattice import Floats
+from swarmproof.motion.pairs import turned
 from swarmproof.planning.outlook import ARRIVED
 from swarmproof.planning.planner import Planned, Planner
 from swarmproof.planning.problem import Task
@@ -144,6 +145,7 @@ class Flights:
         scenario, rules = setting.scenario, setting.semantics
         self._flight = setting.flight(_Planning(Planner(setting.flight().lattice, scenario.weights)))
         self._lattice = self._flight.lattice
+        self._second = self._lattice.crash.among(scenario.uavs)
         self._rounds = rounds
         self._start = self._flight.initial()
         self._targets = np.array(scenario.targets_at(rounds - 1), float)
@@ -175,7 +177,7 @@ class Flights:
             if k == self._rounds or (not whole and k > last and self._is_over(state)):
                 return Flown(pattern, missed, steps, state)
             if step is None:
-                distance, _ = self._distance(reference_pieces(self._lattice, state))
+                distance, _ = self._distance(reference_pieces(self._lattice, state), self._second)
                 step = Step(state, self._flight.compute(state), distance, self._promise(state))
             steps.append(step)
             heard = deliver(step.computed.air, self.losses(missed.get(k, ())), self._flight.semantics)
@@ -216,11 +218,11 @@ class Flights:
         away = ahead * float(self._lattice.position_unit) - self._targets[:, None]
         return state.k >= self._last_change and bool(((away**2).sum(axis=2) < ARRIVED**2).all())
 
-    def _distance(self, pieces: Floats) -> tuple[float, int]:
+    def _distance(self, pieces: Floats, second: Floats | None) -> tuple[float, int]:
         """Return a certified lower bound of the distance of any two UAVs (m), and the step of their approach."""
-        found = closest(pieces)
+        found = closest(pieces, second)
         # the last factor makes up for three roundings
-        return sqrt(max(found.lower, 0.0)) * float(self._lattice.scaled_unit) * (1 - 2.0**-50), found.step
+        return sqrt(max(found.lower, 0.0)) * float(self._lattice.crash.unit) * (1 - 2.0**-50), found.step
 
     def _promise(self, state: FlightState) -> Promise:
         """Return how close those two UAVs come, on what they follow, that come closest at the samples."""
@@ -229,12 +231,14 @@ class Flights:
         plans = [state.followed(i) for i in range(len(self._targets))]
         q = np.array([plan.scaled_from(state.k)[: len(periods) * m + 1] for plan in plans])
         one, other = np.triu_indices(len(plans), 1)
-        pair = int(((q[other] - q[one]) ** 2).sum(axis=2).min(axis=1).argmin())
+        apart = turned(q[other] - q[one], self._lattice.pairs.second(one[:, None], other[:, None]))
+        pair = int((apart**2).sum(axis=2).min(axis=1).argmin())
         uavs = int(one[pair]), int(other[pair])
         states = np.array([plans[i].state_at(k) for k in periods for i in uavs])
         jerks = np.array([plans[i].jerk_in(k) for k in periods for i in uavs])
-        pieces = cubics(states, jerks, self._lattice.scaling, m).reshape(m, len(periods), 2, 3, 4)
-        distance, step = self._distance(pieces.swapaxes(0, 1).reshape(-1, 2, 3, 4))
+        pieces = cubics(states, jerks, self._lattice.crash.first, m).reshape(m, len(periods), 2, 3, 4)
+        second = None if self._second is None else self._second[pair : pair + 1]
+        distance, step = self._distance(pieces.swapaxes(0, 1).reshape(-1, 2, 3, 4), second)
         return Promise(distance, state.k, state.k + step // m, uavs)
 
 

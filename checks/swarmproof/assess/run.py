@@ -117,8 +117,9 @@ def fly(
 
 def tracking_of(setting: Setting, flight: Flight) -> TrackingError | None:
     """Return how the UAVs stray from their references, the same each time; None if they follow them exactly."""
-    bound = setting.scenario.parameters.tracking_error
-    return TrackingError(flight.lattice, bound, setting.scenario.uavs, setting.seed) if bound else None
+    fleet = setting.scenario.fleet
+    bounds = [fleet.of_uav(i).tracking_error for i in range(setting.scenario.uavs)]
+    return TrackingError(flight.lattice, bounds, setting.seed) if any(bounds) else None
 
 
 def _split(texts: Iterable[str]) -> tuple[list[str], list[str]]:

@@ -24,8 +24,8 @@ class Separation:
 
     def __init__(self, lattice: Lattice, distance: Fraction) -> None:
         self._lattice = lattice
-        self._unit = float(lattice.scaled_unit)
-        self._square = lattice.square(distance)
+        self._unit = float(lattice.crash.unit)
+        self._square = lattice.crash.square(distance)
         self._waiting: list[Floats] = []
         self._steps = 0
         self._closest: Closest | None = None
@@ -50,11 +50,12 @@ class Separation:
         if not self._waiting:
             return
         pieces = np.concatenate(self._waiting)
-        lower, upper = lowest_per_step(pieces)
-        found = closest(pieces)
+        second = self._lattice.crash.among(pieces.shape[1])
+        lower, upper = lowest_per_step(pieces, second)
+        found = closest(pieces, second)
         answer: bool | None = True
         if self._at_least is not False and found.lower < float(self._square) * (1 + 1e-6):
-            answer = at_least(pieces, self._square)
+            answer = at_least(pieces, self._square, second)
         # only now, when nothing takes long any more: an interruption must not lose pieces that are not bounded yet
         self._waiting.clear()
         # three roundings: of the root, of the unit, of the product; made up for in the bounds' directions

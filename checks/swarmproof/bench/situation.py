@@ -72,13 +72,13 @@ class Situation:
         self.free = np.concatenate(
             [self.free_samples[axis.m - 1 :: axis.m], v + ends * a, np.broadcast_to(a, (axis.horizon, 3))]
         )
-        unit, d_hat = float(lattice.scaled_unit), float(lattice.parameters.d_hat_min)
+        unit, d_hat = float(lattice.pairs.unit), float(lattice.pairs.distance)
         normals = planes.normals[:, 1:] * unit
         size = np.sqrt((normals**2).sum(axis=2))
         normals /= np.maximum(size, unit)[:, :, None]
         needed = np.where(planes.halfway[:, None], 0.5 * (d_hat + size), d_hat)
         self.beyond = (normals * planes.others[:, 1:]).sum(axis=2) * unit - needed
-        self.normals = normals @ (lattice.scaling * float(lattice.scaled_unit / lattice.position_unit))
+        self.normals = normals @ (lattice.pairs.first * float(lattice.pairs.unit / lattice.position_unit))
         places = {j: place for place, j in enumerate(task.others)}
         self.owner = np.array([places[j] for j in planes.owners], np.intp)
         self.band_weights = axis.band * np.exp(rightness(task, lattice))

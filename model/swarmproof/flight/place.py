@@ -7,6 +7,7 @@ bind is replaced by one that cannot bind either: the far walls of a large space,
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 from math import ceil
 from typing import NamedTuple
@@ -54,11 +55,13 @@ def place(scenario: Scenario) -> Place:
     near = _shifted(region, origin)
     # who may begin too close may also begin closer by what rounding changes
     starts = moved.starts if moved.begin == BEGINNINGS[0] else ()
-    whole = Bounds.of(parameters)
-    plain = Lattice.finest(parameters, horizon, whole)
+    fleet = moved.fleet if moved.kinds else None
+    members = (parameters,) if fleet is None else fleet.parameters
+    plain = Lattice.finest(parameters, horizon, _around([Bounds.of(one) for one in members]), fleet)
     if plain is not None:
         return Place(moved, origin, plain.holding(starts), clipped=False)
-    lattice = Lattice.of(parameters, horizon, implied(parameters, horizon)._replace(space=near))
+    tight = _around([implied(one, horizon) for one in members])
+    lattice = Lattice.of(parameters, horizon, tight._replace(space=near), fleet)
     return Place(moved, origin, lattice.holding(starts), clipped=region != space)
 
 
@@ -79,7 +82,12 @@ def implied(parameters: Parameters, horizon: int) -> Bounds:
             v = min(v, a * duration)
         return (v, a, j)
 
-    by_axis = [axis(*bounds) for bounds in zip(parameters.v_max, parameters.a_max, parameters.j_max, strict=True)]
+    # what bounds a norm bounds every axis
+    boxes = [
+        [box if norm is None else min(box, norm) for box in getattr(parameters, name)]
+        for name, norm in (("v_max", parameters.v_norm), ("a_max", parameters.a_norm), ("j_max", parameters.j_norm))
+    ]
+    by_axis = [axis(*bounds) for bounds in zip(*boxes, strict=True)]
     (vx, ax, jx), (vy, ay, jy), (vz, az, jz) = by_axis
     return Bounds(flying_space(parameters), (vx, vy, vz), (ax, ay, az), (jx, jy, jz))
 
@@ -87,7 +95,7 @@ def implied(parameters: Parameters, horizon: int) -> Bounds:
 def _reachable(scenario: Scenario, space: ClosedBox, bounds: Bounds) -> ClosedBox:
     """Return the part of the `space` that a UAV, or its plan, can be in during the scenario's rounds."""
     parameters, horizon = scenario.parameters, scenario.horizon
-    tight = implied(parameters, horizon)
+    tight = _around([implied(one, horizon) for one in scenario.fleet.parameters])
     # between the ends of a period, the speed exceeds its bound by less than the acceleration gives in the period
     time = parameters.T_s * (scenario.rounds + horizon + 1)
     sides = []
@@ -97,6 +105,15 @@ def _reachable(scenario: Scenario, space: ClosedBox, bounds: Bounds) -> ClosedBo
         sides.append((max(low, min(positions) - reach), min(high, max(positions) + reach)))
     x, y, z = sides
     return (x, y, z)
+
+
+def _around(bounds: Sequence[Bounds]) -> Bounds:
+    """Return bounds that contain all of these, with the space of the first."""
+    v, a, j = (
+        [max(axis) for axis in zip(*by_kind, strict=True)]
+        for by_kind in zip(*((one.v_max, one.a_max, one.j_max) for one in bounds), strict=True)
+    )
+    return Bounds(bounds[0].space, (v[0], v[1], v[2]), (a[0], a[1], a[2]), (j[0], j[1], j[2]))
 
 
 def _origin(sides: tuple[Fraction, Fraction]) -> Fraction:

@@ -14,22 +14,21 @@ a jerk to J changes, the planner leaves room for (`planning.planner`).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from itertools import combinations
 from math import ceil, floor, lcm
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swarmproof.motion.pairs import Floats as Floats
+from swarmproof.motion.pairs import Pairs, turned
 from swarmproof.scenario.definition import flying_space
 from swarmproof.scenario.points import Point
 from swarmproof.semantics.switches import BadInput
-from swarmproof.theorem3.parameters import ClosedBox, Parameters, Vector
-
-Floats = NDArray[np.float64]
+from swarmproof.theorem3.fleet import Fleet
+from swarmproof.theorem3.parameters import NORMS, ClosedBox, Parameters, Vector
 
 #: Every integer that occurs is smaller than this; float64 would be exact up to 2⁵³.
 LARGEST = 2**50
@@ -54,6 +53,22 @@ class Bounds(NamedTuple):
         """
         return cls(flying_space(parameters), parameters.v_max, parameters.a_max, parameters.j_max)
 
+    def within(self, parameters: Parameters) -> Bounds:
+        """Return the bounds that say the same as these and those of `parameters` together; the space stays."""
+        return Bounds(
+            self.space,
+            _smaller(self.v_max, parameters.v_max),
+            _smaller(self.a_max, parameters.a_max),
+            _smaller(self.j_max, parameters.j_max),
+        )
+
+
+class Norm(NamedTuple):
+    """A bound of a Euclidean norm in SI units, and the largest integer that its square in lattice units can be."""
+
+    bound: Fraction
+    square: int
+
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
@@ -62,16 +77,20 @@ class Lattice:
     Attributes:
         horizon: H, in periods T.
         jerk_unit: J in m/s³.
-        bounds: of plans.
+        bounds: of plans; in a fleet of several kinds, what contains those of each.
+        fleet: the swarm; None where all UAVs have these parameters.
     """
 
     parameters: Parameters
     horizon: int
     jerk_unit: Fraction
     bounds: Bounds
+    fleet: Fleet | None = None
 
     @classmethod
-    def of(cls, parameters: Parameters, horizon: int, bounds: Bounds | None = None) -> Lattice:
+    def of(
+        cls, parameters: Parameters, horizon: int, bounds: Bounds | None = None, fleet: Fleet | None = None
+    ) -> Lattice:
         """Return the finest lattice on which trajectories over `horizon` periods are exact in float64.
 
         Raises:
@@ -79,7 +98,7 @@ class Lattice:
         """
         bounds = Bounds.of(parameters) if bounds is None else bounds
         for n in range(FINEST, COARSEST - 1, -1):
-            lattice = cls(parameters, horizon, Fraction(1, 2**n), bounds)
+            lattice = cls(parameters, horizon, Fraction(1, 2**n), bounds, fleet)
             if lattice.largest() < LARGEST:
                 return lattice
         raise BadInput(
@@ -88,9 +107,9 @@ class Lattice:
         )
 
     @classmethod
-    def finest(cls, parameters: Parameters, horizon: int, bounds: Bounds) -> Lattice | None:
+    def finest(cls, parameters: Parameters, horizon: int, bounds: Bounds, fleet: Fleet | None = None) -> Lattice | None:
         """Return the lattice of the finest unit if trajectories within `bounds` are exact on it."""
-        lattice = cls(parameters, horizon, Fraction(1, 2**FINEST), bounds)
+        lattice = cls(parameters, horizon, Fraction(1, 2**FINEST), bounds, fleet)
         return lattice if lattice.largest() < LARGEST else None
 
     def holding(self, points: Sequence[Point]) -> Lattice:
@@ -109,7 +128,7 @@ class Lattice:
         # with as many digits as LARGEST has, not even half a metre has room
         for count in (parts, max(parts - 1, 1)) if digits < LARGEST else ():
             jerk_unit = 6 / (digits * count * self.parameters.T_c**3)
-            lattice = Lattice(self.parameters, self.horizon, jerk_unit, self.bounds)
+            lattice = replace(self, jerk_unit=jerk_unit)
             if lattice.largest() < LARGEST:
                 return lattice
         raise BadInput(
@@ -123,17 +142,16 @@ class Lattice:
 
     def _are_apart(self, positions: Floats) -> bool:
         """Return whether hovers there are d̂_min apart (scaled), exactly."""
-        scaled = [[int(x) for x in q] for q in positions @ self.scaling.T]
-        needed = self.square(self.parameters.d_hat_min)
-        return all(
-            sum((a - b) ** 2 for a, b in zip(one, other, strict=True)) >= needed
-            for one, other in combinations(scaled, 2)
-        )
+        one, other = np.triu_indices(len(positions), 1)
+        q = positions @ self.pairs.first.T
+        apart = turned(q[other] - q[one], self.pairs.second(one, other))
+        needed = self.pairs.square(self.pairs.distance)
+        return all(sum(int(x) ** 2 for x in difference) >= needed for difference in apart)
 
     def largest(self) -> int:
         """Return a bound for every coordinate of a scaled position, whatever jerks within U are tried."""
         steps = self.steps * self.horizon
-        rows = int(np.abs(self.scaling).sum(axis=1).max())
+        rows = max(self.pairs.rows, self.crash.rows)
         largest: int = rows * max(
             (2 * int(position) + 3 * int(velocity) * steps + 3 * int(acceleration) * steps**2 + int(jerk) * steps**3)
             for position, velocity, acceleration, jerk in zip(
@@ -167,24 +185,31 @@ class Lattice:
         return self.jerk_unit * self.parameters.T_c
 
     @cached_property
-    def _denominator(self) -> int:
-        return lcm(*(entry.denominator for row in self.parameters.theta_inverse for entry in row))
-
-    @cached_property
-    def scaling(self) -> Floats:
-        """S = L·Θ⁻¹, integers, shape (3, 3)."""
-        return np.array(
-            [[int(entry * self._denominator) for entry in row] for row in self.parameters.theta_inverse], float
+    def kinds(self) -> tuple[Lattice, ...]:
+        """The same lattice with the parameters and bounds of each kind of the fleet; itself if all are alike."""
+        if self.fleet is None:
+            return (self,)
+        return tuple(
+            replace(self, parameters=given, bounds=self.bounds.within(given)) for given in self.fleet.parameters
         )
 
-    @cached_property
-    def scaled_unit(self) -> Fraction:
-        """The unit of scaled positions q and scaled distances, in m."""
-        return self.position_unit / self._denominator
+    def of_uav(self, i: int) -> Lattice:
+        """Return the lattice with the bounds of UAV i."""
+        return self.kinds[0 if self.fleet is None else self.fleet.place(i)]
 
-    def square(self, distance: Fraction) -> Fraction:
-        """Return the square of a scaled distance (m) in units of |q|²."""
-        return (distance / self.scaled_unit) ** 2
+    @cached_property
+    def _fleet(self) -> Fleet:
+        return Fleet.alike(self.parameters) if self.fleet is None else self.fleet
+
+    @cached_property
+    def pairs(self) -> Pairs:
+        """What the pairs of UAVs keep at samples: q are positions scaled for these, and d̂_min is their distance."""
+        return Pairs.kept(self._fleet, self.position_unit)
+
+    @cached_property
+    def crash(self) -> Pairs:
+        """What counts as a crash of two UAVs, eq. (2)."""
+        return Pairs.crash(self._fleet, self.position_unit)
 
     def positions(self, points: Sequence[Sequence[Fraction | float]]) -> Floats:
         """Return the lattice points nearest to `points` (m), shape (n, 3)."""
@@ -217,6 +242,14 @@ class Lattice:
         return np.array([floor(bound / self.jerk_unit) for bound in self.bounds.j_max], float)
 
     @cached_property
+    def norms(self) -> dict[str, Norm]:
+        """The bounds of norms, by parameter, as far as the bounds per axis do not imply them."""
+        units = {"v_norm": self.velocity_unit, "a_norm": self.acceleration_unit, "j_norm": self.jerk_unit}
+        return {
+            name: Norm(norm, floor((norm / units[name]) ** 2)) for name, norm in binding_norms(self.parameters).items()
+        }
+
+    @cached_property
     def from_state(self) -> Floats:
         """Positions at steps 0 … H·m under zero jerk, from (p, v, a): shape (H·m + 1, 3)."""
         step = np.arange(self.horizon * self.steps + 1, dtype=float)
@@ -246,6 +279,19 @@ class Lattice:
     def _since_begin(self) -> Floats:
         period = np.arange(self.horizon + 1, dtype=float)
         return self.steps * (period[:, None] - period[None, : self.horizon])
+
+
+def _smaller(one: Vector, other: Vector) -> Vector:
+    x, y, z = map(min, one, other)
+    return (x, y, z)
+
+
+def binding_norms(parameters: Parameters) -> dict[str, Fraction]:
+    """Return the bounds of norms (SI), by parameter, that the bounds per axis do not imply."""
+    norms = {name: (getattr(parameters, name), getattr(parameters, box)) for name, box in NORMS.items()}
+    return {
+        name: norm for name, (norm, box) in norms.items() if norm is not None and norm**2 < sum(side**2 for side in box)
+    }
 
 
 def _cubed(steps: Floats) -> Floats:

@@ -15,13 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmproof.motion.lattice import Floats, Lattice
-from swarmproof.planning.plan import Plan
+from swarmproof.motion.pairs import turned
+from swarmproof.planning.plan import ROUNDOFF, Plan
 from swarmproof.scenario.scenario import EXACT, Tolerance
 
 Booleans = NDArray[np.bool_]
-
-#: Unit roundoff of float64.
-ROUNDOFF = 2.0**-53
 
 
 class Asked(NamedTuple):
@@ -34,8 +32,8 @@ class Asked(NamedTuple):
 @lru_cache(maxsize=64)
 def asked(lattice: Lattice, tolerance: Tolerance, scaled: bool) -> Asked:
     """Return the d̂_min that planes with this tolerance ask for, in the lattice's scaled unit if `scaled`, else in m."""
-    unit = lattice.scaled_unit if scaled else 1
-    halfway, full = (tolerance.asked(lattice.parameters.d_hat_min, halfway) for halfway in (True, False))
+    unit = lattice.pairs.unit if scaled else 1
+    halfway, full = (tolerance.asked(lattice.pairs.distance, halfway) for halfway in (True, False))
     return Asked(float(halfway / unit), float(full / unit))
 
 
@@ -49,6 +47,7 @@ class Planes:
         halfway: for which of the n trajectories the plane is midway between the UAVs (j ∈ A_ET(k) in eq. 15).
         owners: whose trajectory each of the n is.
         tolerance: by how much they may be violated. A row with tolerance is one without, for a smaller d̂_min.
+        second: what differences are multiplied with, shape (n, 1, 3, 3); None where q is scaled already.
     """
 
     others: Floats
@@ -56,6 +55,11 @@ class Planes:
     halfway: Booleans
     owners: tuple[int, ...]
     tolerance: Tolerance = EXACT
+    second: Floats | None = None
+
+    def apart(self, plan: Plan) -> Floats:
+        """Return how far the other trajectories are from `plan`, scaled: integers below 2⁵¹, exact, shape of others."""
+        return turned(self.others - plan.scaled_from(plan.start), self.second)
 
     @cached_property
     def squares(self) -> Floats:
@@ -87,7 +91,7 @@ def wrong_sides(plan: Plan, planes: Planes) -> NDArray[np.intp]:
     if not len(planes.others):
         return np.empty((0, 2), np.intp)
     lattice = plan.lattice
-    apart = planes.others - plan.scaled_from(plan.start)  # integers below 2⁵¹: exact
+    apart = planes.apart(plan)
     products = planes.normals * apart
     dot = np.einsum("nhx->nh", products)
     reach = planes.lengths * np.where(planes.halfway[:, None], *asked(lattice, planes.tolerance, scaled=True))
@@ -130,8 +134,8 @@ def old_satisfies(old: Plan, start: int, planes: Planes) -> bool:
 @lru_cache(maxsize=64)
 def _enough(lattice: Lattice, tolerance: Tolerance) -> float:
     """Return the square of the larger d̂_min that planes ask for, in units of |q|²."""
-    d_hat_min = lattice.parameters.d_hat_min
-    return float(lattice.square(max(tolerance.asked(d_hat_min, halfway) for halfway in (True, False))))
+    d_hat_min = lattice.pairs.distance
+    return float(lattice.pairs.square(max(tolerance.asked(d_hat_min, halfway) for halfway in (True, False))))
 
 
 def right_side(
@@ -149,5 +153,5 @@ def right_side(
     dot, square = sum(a * b for a, b in zip(n, delta, strict=True)), sum(a * a for a in n)
     # both sides multiplied so that what is left is x ≥ d̂‖n‖ with an integer x
     left = 2 * dot - square if halfway else dot
-    distance = tolerance.asked(lattice.parameters.d_hat_min, halfway)
-    return square > 0 and left >= 0 and left * left >= lattice.square(distance) * square
+    distance = tolerance.asked(lattice.pairs.distance, halfway)
+    return square > 0 and left >= 0 and left * left >= lattice.pairs.square(distance) * square

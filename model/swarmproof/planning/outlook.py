@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmproof.motion.lattice import Floats, Lattice
+from swarmproof.motion.pairs import turned
 from swarmproof.planning.plan import Plan
 
 #: m; a UAV this close to its target has arrived.
@@ -57,14 +58,17 @@ def look(lattice: Lattice, k: int, plans: Sequence[Plan], targets: Floats, plann
         planned_for: by UAV, whether that entry was calculated for this target.
     """
     states = np.array([plan.state_at(k) for plan in plans])
-    ahead = np.array([plan.scaled_from(k) for plan in plans]) * float(lattice.scaled_unit)
+    pairs, uavs = lattice.pairs, np.arange(len(plans))
+    ahead = np.array([plan.scaled_from(k) for plan in plans]) * float(pairs.unit)
     positions = states[:, 0] * float(lattice.position_unit)
     distances = np.sqrt(((targets - positions) ** 2).sum(axis=1))
-    travels = np.sqrt(((ahead - ahead[:, :1]) ** 2).sum(axis=2)).max(axis=1)
+    ways = turned(ahead - ahead[:, :1], pairs.second(uavs[:, None], uavs[:, None]))
+    travels = np.sqrt((ways**2).sum(axis=2)).max(axis=1)
     stands = planned_for & (travels < STILL) & (distances > ARRIVED)
     if stands.any():
         here = ahead[:, 0]
-        apart = np.sqrt(((here[:, None] - here[None]) ** 2).sum(axis=2))
-        moving_near = (apart < NEIGHBOURHOOD * float(lattice.parameters.d_hat_min)) & (travels >= STILL)[None]
+        between = turned(here[:, None] - here[None], pairs.second(uavs[:, None], uavs[None]))
+        apart = np.sqrt((between**2).sum(axis=2))
+        moving_near = (apart < NEIGHBOURHOOD * float(pairs.distance)) & (travels >= STILL)[None]
         stands &= ~moving_near.any(axis=1)
     return Outlook(positions, states[:, 1] * float(lattice.velocity_unit), targets, distances, stands)

@@ -9,6 +9,9 @@ import numpy as np
 
 from swarmproof.motion.lattice import Floats, Lattice
 
+#: Unit roundoff of float64.
+ROUNDOFF = 2.0**-53
+
 
 class Plan:
     """A trajectory from the start of round `start` on, over the horizon, then at rest (eqs. 12 and 13e).
@@ -50,14 +53,14 @@ class Plan:
 
     @cached_property
     def _scaled(self) -> Floats:
-        return self._resting @ self.lattice.scaling.T
+        return self._resting @ self.lattice.pairs.first.T
 
     def sampled_from(self, k: int) -> Floats:
         """Return the positions at the samples k·T + h·T_c, h = 0 … H·m, k at `start` or later. Shape (H·m + 1, 3)."""
         return self._resting[self._samples(k)]
 
     def scaled_from(self, k: int) -> Floats:
-        """Return the scaled positions q = S·p at the same samples. Shape (H·m + 1, 3)."""
+        """Return the scaled positions q = S·p at the same samples; p where pairs differ. Shape (H·m + 1, 3)."""
         return self._scaled[self._samples(k)]
 
     def _samples(self, k: int) -> slice:
@@ -113,13 +116,31 @@ class Plan:
             return "(13d): a velocity is out of bounds"
         if not (np.abs(self.accelerations) <= lattice.a_max).all():
             return "(13d): an acceleration is out of bounds"
+        for name, (rule, values, what) in self._bounded_by_norm.items():
+            if name in lattice.norms and not within_ball(values, lattice.norms[name].square):
+                return f"{rule}: the norm of {what} is out of bounds"
         at_periods = self.positions[:: lattice.steps]
         if not ((at_periods >= lattice.low).all() and (at_periods <= lattice.high).all()):
             return "(13d): a position is outside the flying space"
         return None if self.at_rest else "(13e): it does not end at rest"
+
+    @property
+    def _bounded_by_norm(self) -> dict[str, tuple[str, Floats, str]]:
+        return {
+            "j_norm": ("(13c)", self.jerks, "a jerk"),
+            "v_norm": ("(13d)", self.velocities, "a velocity"),
+            "a_norm": ("(13d)", self.accelerations, "an acceleration"),
+        }
 
     @cached_property
     def digest(self) -> bytes:
         """Identifies the trajectory by its numbers: equal for equal start, state and jerks."""
         content = b"".join((self.start.to_bytes(8, "big"), self.state.tobytes(), self.jerks.tobytes()))
         return blake2b(content, digest_size=16).digest()
+
+
+def within_ball(values: Floats, square: int) -> bool:
+    """Return whether no row of `values`, integers, shape (n, 3), has a squared norm above `square`: exactly."""
+    # a sum of three rounded squares is off by at most 3u(1 + u)² of itself, the limit by u, the product by another u
+    doubtful = (values * values).sum(axis=1) >= float(square) * (1 - 8 * ROUNDOFF)
+    return all(sum(int(x) ** 2 for x in row) <= square for row in values[doubtful])

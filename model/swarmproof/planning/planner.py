@@ -43,16 +43,22 @@ class Planner:
     """Solves tasks of one swarm. The same task gives the same plan, whatever was planned before."""
 
     def __init__(self, lattice: Lattice, weights: Weights, solver: Solver = solve_with_piqp) -> None:
-        self.model = Model(lattice, weights)
+        self.lattice = lattice
+        self.models = [Model(kind, weights) for kind in lattice.kinds]
         self.solver = solver
+
+    def model_of(self, i: int) -> Model:
+        """Return the model of UAV i."""
+        fleet = self.lattice.fleet
+        return self.models[0 if fleet is None else fleet.place(i)]
 
     def plan(self, task: Task) -> Planned:
         """Return a trajectory for the task's UAV that satisfies (13) exactly, or why there is none."""
         feasible = old_satisfies(task.own, task.start, task.planes)
-        program = LazyProgram(self.model, task)
+        program = LazyProgram(self.model_of(task.i), task)
         attempts = [program.spare]
         if feasible:
-            attempts.append(np.clip(program.room, 0.0, program.spare))
+            attempts.append(program.kept)
         why, status = "", Status.GAVE_UP
         for demands in attempts:
             status, jerks = program.solve(self.solver, demands)
@@ -74,7 +80,7 @@ class Planner:
         Σ(H−1−κ)u_κ must take given values, which the last two do with weights (1, 1) and (1, 0). The values are
         integers, since v/m² + a/m is even on every trajectory that starts in a hover.
         """
-        lattice = self.model.lattice
+        lattice = self.model_of(task.i).lattice
         m, horizon = lattice.steps, lattice.horizon
         state = task.own.state_at(task.start)
         rounded = np.rint(jerks.reshape(3, -1).T / float(lattice.jerk_unit))
@@ -90,4 +96,4 @@ class Planner:
 
 def hovering(lattice: Lattice, starts: Sequence[Point]) -> list[Plan]:
     """Return the hovering trajectories from `starts` (m), rounded to the lattice within the space (Remark 2)."""
-    return [Plan.hovering(lattice, position) for position in lattice.hovers(starts)]
+    return [Plan.hovering(lattice.of_uav(i), position) for i, position in enumerate(lattice.hovers(starts))]

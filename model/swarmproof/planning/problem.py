@@ -9,7 +9,9 @@ from functools import cached_property
 import numpy as np
 
 from swarmproof.motion.lattice import Floats, Lattice
+from swarmproof.motion.pairs import turned
 from swarmproof.planning.accept import Planes
+from swarmproof.planning.ball import directions, share
 from swarmproof.planning.plan import Plan
 from swarmproof.scenario.scenario import EXACT, Tolerance, Weights
 from swarmproof.semantics.switches import BadInput
@@ -48,7 +50,9 @@ class Task:
         mine = self.own.scaled_from(self.start)
         others = np.array([plan.scaled_from(self.start) for _, plan in plans]).reshape(-1, *mine.shape)
         halfway = np.array([j in self.selected for j, _ in plans], np.bool_)
-        return Planes(others, others - mine, halfway, tuple(j for j, _ in plans), self.tolerance)
+        owners = tuple(j for j, _ in plans)
+        second = self.own.lattice.pairs.second(self.i, np.array(owners, np.intp)[:, None])
+        return Planes(others, turned(others - mine, second), halfway, owners, self.tolerance, second)
 
 
 #: m, m/s, m/s², m/s³: far more than the solver's tolerance, far less than anything that matters to a UAV.
@@ -74,26 +78,30 @@ def _rounded_off(lattice: Lattice) -> Floats:
 
 
 class Model:
-    """The matrices of (13) in SI units: the same for every UAV and round.
+    """The matrices of (13) in SI units: the same for every round, and every UAV of a kind.
 
     The coordinates y of a plan say how its jerks differ from those of the old trajectory, which ends at rest: in a
     basis of those differences after which it still does (13e), and in which the quadratic term of the objective (13a)
     is ½|y|². There are H − 2 of them for each axis; they are ordered axis by axis.
 
     What is bounded (13c, 13d) are, axis by axis, positions, velocities, accelerations at the ends of periods 1 … H,
-    and jerks: 12H values.
+    and jerks: 12H values. Where norms are bounded, too, the polyhedron of `ball` stands for the ball.
 
     Attributes:
         band: weight of the soft constraint, relative to the largest weight of (13a).
-        theta_inverse: Θ⁻¹; `scaled_unit`: the unit of scaled positions, in m.
+        theta_inverse: Θ⁻¹, where all pairs have the same; `scaled_unit`: the unit of scaled positions, in m.
+        per_entry: what an integer in a matrix of the pairs stands for.
         basis: how the coordinates of one axis change its jerks, shape (H, H − 2).
         to_samples: its positions at samples 1 … h_c, shape (h_c, H − 2).
         to_bounded: its bounded values, shape (4H, H − 2).
         bounds: all bounded values by all coordinates, and below these negated, shape (24H, 3(H − 2)).
         highs: upper bounds, shape (12H,); `lows`: lower bounds.
+        norms: per bounded norm, which of the bounded values it is about (1 velocities, 2 accelerations, 3 jerks), and
+            how far these may reach in each direction of the polyhedron.
         gradients: from the bounded values of one axis (targets subtracted) to the linear term, shape (H − 2, 4H).
-        spare_of_planes, spare_of_bounds: by how much rows are tightened, so that an answer that is off by less than
-            the solver's tolerance, and then rounded, satisfies them (m, m/s, …); shape () and (24H,).
+        spare_of_planes, spare_of_bounds, spare_of_norms: by how much rows are tightened, so that an answer that is off
+            by less than the solver's tolerance, and then rounded, satisfies them (m, m/s, …); shape (), (24H,) and that
+            of the rows of norms.
 
     Raises:
         BadInput: the lattice is so coarse that this would take away much of the problem.
@@ -102,8 +110,10 @@ class Model:
     def __init__(self, lattice: Lattice, weights: Weights) -> None:
         self.lattice = lattice
         self.weights = weights
-        self.scaled_unit = float(lattice.scaled_unit)
-        self.theta_inverse = lattice.scaling * float(lattice.scaled_unit / lattice.position_unit)
+        pairs = lattice.pairs
+        self.scaled_unit = float(pairs.unit)
+        self.per_entry = float(pairs.unit / lattice.position_unit)
+        self.theta_inverse = pairs.first * self.per_entry
         units = (lattice.position_unit, lattice.velocity_unit, lattice.acceleration_unit, lattice.jerk_unit)
         self.units = np.array([float(unit) for unit in units])
         m, horizon = lattice.steps, lattice.horizon
@@ -126,8 +136,12 @@ class Model:
         self.bounds = np.concatenate([by_axis, -by_axis])
         self.highs = self._bounds(lattice.high, lattice.v_max, lattice.a_max, lattice.j_max)
         self.lows = self._bounds(lattice.low, -lattice.v_max, -lattice.a_max, -lattice.j_max)
-
+        kinds = {"v_norm": 1, "a_norm": 2, "j_norm": 3}
+        self.norms = [(kinds[name], share() * float(norm.bound)) for name, norm in lattice.norms.items()]
         self.spare_of_planes, self.spare_of_bounds = self._spare(samples, bounded)
+        # all three axes may be off at once
+        spares = np.array([self._spare_of_norm(kind) for kind, _ in self.norms])
+        self.spare_of_norms = np.repeat(spares, horizon * len(directions()))
 
     def _spare(self, samples: Floats, bounded: Floats) -> tuple[float, Floats]:
         """Return by how much rows of planes, and those of bounds, are tightened.
@@ -140,12 +154,13 @@ class Model:
         rounded = _rounded_off(lattice)
         moved = np.abs(samples @ rounded).sum(axis=1).max()
         # along x, y and z at once, in the scaled distance
-        of_planes = max(SPARE, ROOM * float(moved) * float(np.linalg.norm(self.theta_inverse, 2)) * 3**0.5)
+        stretched = np.linalg.norm(lattice.pairs.matrices * self.per_entry, 2, axis=(-2, -1)).max()
+        of_planes = max(SPARE, ROOM * float(moved) * float(stretched) * 3**0.5)
         of_kinds = np.abs(bounded @ rounded).sum(axis=1).reshape(4, lattice.horizon).max(axis=1)
         by_kind = np.maximum(SPARE, ROOM * of_kinds)
         given = lattice.parameters
         for name, spare, least in (
-            ("d_hat_min", of_planes, given.d_hat_min),
+            ("d_hat_min", of_planes, lattice.pairs.distance),
             ("v_max", by_kind[1], min(given.v_max)),
             ("a_max", by_kind[2], min(given.a_max)),
             ("j_max", by_kind[3], min(given.j_max)),
@@ -156,6 +171,10 @@ class Model:
                     f"by up to {spare:.1e}: a smaller flying space, a shorter horizon or fewer rounds would do"
                 )
         return of_planes, np.tile(np.repeat(by_kind, lattice.horizon), 6)
+
+    def _spare_of_norm(self, kind: int) -> float:
+        of_axis = float(self.spare_of_bounds[kind * self.lattice.horizon])
+        return of_axis if of_axis <= SPARE else 3**0.5 * of_axis
 
     def _bounds(self, *by_kind: Floats) -> Floats:
         return np.repeat((np.stack(by_kind, axis=1) * self.units).ravel(), self.lattice.horizon)

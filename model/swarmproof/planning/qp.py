@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmproof.motion.lattice import Floats
+from swarmproof.motion.pairs import turned
 from swarmproof.planning.accept import asked
+from swarmproof.planning.ball import directions
 from swarmproof.planning.problem import Model, Task, rightness
 from swarmproof.planning.solvers import QuadraticProgram, Solver, Status
 
@@ -32,6 +34,8 @@ Booleans = NDArray[np.bool_]
 class Rows:
     """All rows of one task: planes first (by trajectory, then sample 1 … h_c), then the upper and the lower bounds.
 
+    Bounds of norms, if there are any, come last: by norm, then period, then direction.
+
     A row reads matrix @ y + ε ≤ limit, in m, m/s, m/s² or m/s³; ε only in the planes of the last sample.
 
     Attributes:
@@ -49,8 +53,10 @@ class Rows:
         n = planes.normals[:, 1:] * (unit / np.maximum(size, unit))[:, :, None]
         halfway, full = asked(model.lattice, planes.tolerance, scaled=False)
         needed = np.where(planes.halfway[:, None], 0.5 * (halfway + size), full)
-        self.normals = n @ model.theta_inverse
-        self._beyond = np.einsum("nhx,nhx->nh", n, planes.others[:, 1:]) * unit - needed
+        # where pairs differ, what is scaled is the difference: its part of the others here, that of the plan in normals
+        self.normals = n @ (model.theta_inverse if planes.second is None else planes.second[:, 0] * model.per_entry)
+        others = turned(planes.others[:, 1:], planes.second)
+        self._beyond = np.einsum("nhx,nhx->nh", n, others) * unit - needed
         neighbours = {j: place for place, j in enumerate(task.others)}
         self.owner = np.array([neighbours[j] for j in planes.owners], np.intp)
 
@@ -59,7 +65,16 @@ class Rows:
         samples = self.samples + self.model.to_samples @ y
         of_planes = self._beyond - np.einsum("nhx,hx->nh", self.normals, samples)
         bounded = (self.bounded + self.model.to_bounded @ y).T.ravel()
-        return np.concatenate([of_planes.ravel(), self.model.highs - bounded, bounded - self.model.lows])
+        slacks = [of_planes.ravel(), self.model.highs - bounded, bounded - self.model.lows]
+        if self.model.norms:
+            values = bounded.reshape(3, 4, -1)
+            slacks += [(reach - values[:, kind].T @ directions().T).ravel() for kind, reach in self.model.norms]
+        return np.concatenate(slacks)
+
+    @property
+    def before_norms(self) -> int:
+        """How many rows come before those of norms."""
+        return int(self._beyond.size) + len(self.model.bounds)
 
     def of_planes(self, slacks: Floats) -> Floats:
         """Return the slacks of the planes among those of all rows, shape (n, h_c)."""
@@ -73,11 +88,24 @@ class Rows:
 
     def chosen(self, rows: NDArray[np.intp]) -> Floats:
         """Return the matrix of these rows (ascending), shape (rows, 3(H − 2))."""
-        of_planes = rows[: np.searchsorted(rows, self._beyond.size)]
+        of_planes, others, of_norms = np.split(rows, np.searchsorted(rows, [self._beyond.size, self.before_norms]))
         trajectory, h = np.divmod(of_planes, self._beyond.shape[1])
         planes = self.normals[trajectory, h][:, :, None] * self.model.to_samples[h][:, None, :]
-        bounds = self.model.bounds[rows[len(of_planes) :] - self._beyond.size]
-        return np.concatenate([planes.reshape(len(of_planes), bounds.shape[1]), bounds])
+        bounds = self.model.bounds[others - self._beyond.size]
+        matrix = [planes.reshape(len(of_planes), bounds.shape[1]), bounds]
+        if len(of_norms):
+            matrix.append(self._norms(of_norms - self.before_norms))
+        return np.concatenate(matrix)
+
+    def _norms(self, rows: NDArray[np.intp]) -> Floats:
+        """Return the matrix of these rows among those of norms, shape (rows, 3(H − 2))."""
+        horizon = self.model.lattice.horizon
+        value, direction = np.divmod(rows, len(directions()))
+        norm, period = np.divmod(value, horizon)
+        kinds = np.array([kind for kind, _ in self.model.norms])
+        of_axis = self.model.to_bounded[kinds[norm] * horizon + period]
+        matrix: Floats = (directions()[direction][:, :, None] * of_axis[:, None, :]).reshape(len(rows), -1)
+        return matrix
 
 
 class LazyProgram:
@@ -93,13 +121,24 @@ class LazyProgram:
         self._rows = Rows(model, task)
         horizon = model.lattice.horizon
         self.room = self._rows.slacks(np.zeros((horizon - 2, 3)))
-        planes = np.full(len(self.room) - len(model.spare_of_bounds), model.spare_of_planes)
-        self.spare = np.concatenate([planes, model.spare_of_bounds])
+        planes = np.full(task.planes.normals[:, 1:, 0].size, model.spare_of_planes)
+        self.spare = np.concatenate([planes, model.spare_of_bounds, model.spare_of_norms])
         offsets = self._rows.bounded.copy()
         offsets[:horizon] -= task.target
         self._gradient = (model.gradients @ offsets).T.ravel()
         self._old_jerks = self._rows.bounded[3 * horizon :]
         self._band_weights = model.band * np.exp(rightness(task, model.lattice))
+
+    @property
+    def kept(self) -> Floats:
+        """Demands that the old trajectory meets: `spare`, or the room that it has.
+
+        It may be outside a polyhedron, though never outside the ball: there, no less room is demanded than it has.
+        """
+        demands = np.clip(self.room, 0.0, self.spare)
+        of_norms = slice(self._rows.before_norms, None)
+        demands[of_norms] = np.minimum(self.room[of_norms], self.spare[of_norms])
+        return demands
 
     def solve(self, solver: Solver, demands: Floats) -> tuple[Status, Floats]:
         """Return the solver's last verdict and the jerks in m/s³, shape (3H,), axis by axis; nan if there are none.
@@ -126,7 +165,7 @@ class LazyProgram:
             y = answer.x[: len(self._gradient)].reshape(3, -1).T
             jerks = (self._old_jerks + self.model.basis @ y).T.ravel()
             slacks = self._rows.slacks(y)
-            missing = (slacks < 0.5 * demands) & ~shown
+            missing = self._in_turn((slacks < 0.5 * demands) & ~shown)
             soft = self._near_bands(slacks, width) & ~banded
             if not (missing.any() or soft.any()):
                 return answer.status, jerks
@@ -134,6 +173,12 @@ class LazyProgram:
             soon = missing & (self.room + FIRST_SHARE * (slacks - self.room) < 0)
             shown |= soon if n == 0 and soon.any() else missing
         return Status.GAVE_UP, jerks
+
+    def _in_turn(self, missing: Booleans) -> Booleans:
+        """Return the rows to show next: those of norms only where no other is missing, so that none is for nothing."""
+        if missing[: self._rows.before_norms].any():
+            missing[self._rows.before_norms :] = False
+        return missing
 
     def _near_bands(self, slacks: Floats, distance: float) -> Booleans:
         """Return for which neighbours the plane at the last sample is nearer than `distance`."""

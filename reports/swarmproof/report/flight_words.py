@@ -10,6 +10,7 @@ from swarmproof.assess.judge import Counts, Flown, Judged
 from swarmproof.assess.places import Place
 from swarmproof.assess.run import Setting
 from swarmproof.report import defaults, flight_facts
+from swarmproof.report.flight_bounds import bounds_document, bounds_in_words
 from swarmproof.scenario.scenario import EXACT
 from swarmproof.theorem3.numbers import exact_text
 
@@ -66,6 +67,7 @@ def scope(setting: Setting, loss: str, flown: Flown) -> str:
         f"{setting.semantics.name()}; parameters {parameters}. Samples and constraints were decided exactly, distances "
         "between samples are certified bounds; no other flight is covered."
         + _defaults(setting)
+        + bounds_in_words(setting.scenario)
         + _fault(setting, flown.qps)
     )
 
@@ -137,6 +139,7 @@ def patterns_scope(setting: Setting, rounds: int, found: Exhaustive) -> str:
         f"{setting.trigger}; {setting.semantics.name()}; parameters {parameters}. Swarms with equal protocol state, "
         f"trajectories and knowledge were merged. Nothing is said of later rounds.{stopped}"
         + _defaults(setting)
+        + bounds_in_words(setting.scenario)
         + _fault(setting, found.qps)
     )
 
@@ -180,6 +183,7 @@ def _header(
         "changed": setting.scenario.differences(),
         "min_separation": separation,
         "qps": {"solved": counts.solved, "rejected": counts.rejected, "infeasible": counts.infeasible},
+        **bounds_document(setting.scenario),
         **_fault_document(setting, counts),
         **flight_facts.as_json(setting, loss),
     }

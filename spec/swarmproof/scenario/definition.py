@@ -6,11 +6,13 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
+from itertools import combinations
 from math import isfinite, sqrt
 
 from swarmproof.scenario.choices import MOST_ROUNDS, USUAL, Choices, changed
 from swarmproof.scenario.points import Point, closest_pair, draw, moved_box, moved_points, scaling
 from swarmproof.semantics.switches import BadInput
+from swarmproof.theorem3.fleet import Fleet, Kind
 from swarmproof.theorem3.numbers import exact_text
 from swarmproof.theorem3.parameters import ClosedBox, Parameters, Vector, closed
 
@@ -131,6 +133,7 @@ class Scenario:
         hold: rounds between changes of the targets, if these are not the rounds that the scenario gave them.
         begin: one of :data:`BEGINNINGS`.
         repeat: rounds after which the targets begin anew; None if they do not.
+        kinds: of UAVs with parameters of their own; the others have `parameters`.
 
     Raises:
         BadInput: a value that cannot be flown, such as two starts closer than d̂_min.
@@ -151,6 +154,7 @@ class Scenario:
     hold: int | None = None
     begin: str = BEGINNINGS[0]
     repeat: int | None = None
+    kinds: tuple[Kind, ...] = ()
     #: the random targets so far, by round: whatever is asked for first, the answers are the same
     _drawn: dict[int, tuple[Point, ...]] = field(default_factory=dict, init=False, repr=False, compare=False)
 
@@ -180,10 +184,11 @@ class Scenario:
                 raise BadInput(
                     f"the targets of round {later.round} come after those of round {earlier.round}: sort them"
                 )
+        fleet = self.fleet
         after_jitter = " after jitter" if self.jitter else ""
         check_within("start", after_jitter, self.starts, space)
         if self.begin == BEGINNINGS[0]:
-            check_apart("start", after_jitter, self.starts, self.parameters)
+            check_apart("start", after_jitter, self.starts, fleet)
         for c, change in enumerate(self.targets):
             if len(change.points) != self.uavs:
                 raise BadInput(
@@ -192,7 +197,7 @@ class Scenario:
                 )
             check_within("target", f" from round {change.round} on", change.points, space)
             if self.begin == BEGINNINGS[0]:
-                check_apart("target", f" from round {change.round} on", change.points, self.parameters)
+                check_apart("target", f" from round {change.round} on", change.points, fleet)
             if change.velocity != STILL:
                 last = max(self._last_round_of(c), change.round)
                 check_within("target", f" in round {last}", self._moved_on(change, last), space)
@@ -202,7 +207,7 @@ class Scenario:
                 "must not be random ones with every"
             )
         if self.redraw:
-            check_separation(self.redraw.separation, self.parameters)
+            check_separation(self.redraw.separation, fleet.widest)
 
     @property
     def begins_too_close(self) -> str:
@@ -218,14 +223,24 @@ class Scenario:
         """N."""
         return len(self.starts)
 
+    @property
+    def fleet(self) -> Fleet:
+        """The parameters of every UAV."""
+        return Fleet.of(self.parameters, self.kinds, self.uavs)
+
     def moved(self, by: Vector) -> Scenario:
         """Return the scenario with all points moved `by` so much (m), exactly; random ones, too, by whole metres."""
         if not any(by):
             return self
-        space = self.parameters.workspace
+
+        def elsewhere(parameters: Parameters) -> Parameters:
+            space = parameters.workspace
+            return replace(parameters, workspace=None if space is None else moved_box(space, by))
+
         return replace(
             self,
-            parameters=replace(self.parameters, workspace=None if space is None else moved_box(space, by)),
+            parameters=elsewhere(self.parameters),
+            kinds=tuple(kind._replace(parameters=elsewhere(kind.parameters)) for kind in self.kinds),
             starts=moved_points(self.starts, by),
             targets=tuple(replace(change, points=moved_points(change.points, by)) for change in self.targets),
         )
@@ -264,7 +279,7 @@ class Scenario:
             within = k if self.repeat is None else k % self.repeat
             return self._moved_on(self.targets[bisect_right(self.targets, within, key=_round) - 1], within)
         if change not in self._drawn:
-            redraw, parameters = self.redraw, self.parameters
+            redraw, parameters = self.redraw, self.fleet.widest
             self._drawn[change] = draw(
                 flying_space(parameters),
                 parameters.theta_inverse,
@@ -354,16 +369,28 @@ def check_within(what: str, when: str, points: Sequence[Point], space: ClosedBox
                 )
 
 
-def check_apart(what: str, when: str, points: Sequence[Point], parameters: Parameters) -> None:
-    """Raise :class:`BadInput` unless the points, `what` `when`, are d̂_min apart."""
-    square, i, j = closest_pair(points, parameters.theta_inverse)
-    if square < parameters.d_hat_min**2:
-        distance = _text(sqrt(square), parameters.d_hat_min, "less")
+def check_apart(what: str, when: str, points: Sequence[Point], fleet: Fleet) -> None:
+    """Raise :class:`BadInput` unless the points, `what` `when`, are as far apart as d̂_min of each two UAVs asks."""
+    square, i, j, needed = _closest_of(points, fleet)
+    if square < needed**2:
+        distance = _text(sqrt(square), needed, "less")
         anyhow = ', or begin = "anyhow" to see what becomes of it'
         raise BadInput(
             f"the {what}s of UAV {i} and UAV {j}{when} are too close: their scaled distance is {distance} m, "
-            f"but at least d_hat_min={exact_text(parameters.d_hat_min)} m is needed{anyhow}"
+            f"but at least d_hat_min={exact_text(needed)} m is needed{anyhow}"
         )
+
+
+def _closest_of(points: Sequence[Point], fleet: Fleet) -> tuple[Fraction, int, int, Fraction]:
+    """Return the scaled squared distance (m²) of two UAVs i < j and their d̂_min: no other two are closer for theirs."""
+    if not fleet.members:
+        return (*closest_pair(points, fleet.base.theta_inverse), fleet.base.d_hat_min)
+    found: list[tuple[Fraction, int, int, Fraction]] = []
+    for i, j in combinations(range(len(points)), 2):
+        both = fleet.pair(fleet.members[i], fleet.members[j])
+        square, _, _ = closest_pair((points[i], points[j]), both.theta_inverse)
+        found.append((square, i, j, both.d_hat_min))
+    return min(found, key=lambda one: one[0] / one[3] ** 2)
 
 
 def _text(value: Fraction | float, bound: Fraction, side: str) -> str:

@@ -103,6 +103,7 @@ from swarmproof.scenario.tables import (
     word,
 )
 from swarmproof.semantics.switches import BadInput
+from swarmproof.theorem3.fleet import Fleet, Kind, read_kinds
 from swarmproof.theorem3.numbers import ENTRY, near_match, read_toml, shown
 from swarmproof.theorem3.parameters import NAMES, Parameters
 
@@ -161,11 +162,12 @@ def load(name_or_path: str, seed: int = 0, changes: Iterable[str] = ()) -> Scena
 
 def _scenario(table: Table, seed: int, changes: Iterable[str]) -> Scenario:
     """Return the scenario in the file's `table`, with `changes`."""
-    only(table, ("name", "rounds", *_OWN, "parameters", "weights", "choices", "start", "targets"))
+    only(table, ("name", "rounds", *_OWN, "parameters", "kinds", "weights", "choices", "start", "targets"))
     of, of_parameters = _split(changes)
     own: Table = {**table, **of[""]}
     parameters = Parameters.from_table("[parameters]", subtable(table, "parameters"), of_parameters)
     flying_space(parameters)
+    kinds = read_kinds(table["kinds"], parameters) if "kinds" in table else ()
     start, targets = subtable(table, "start"), table.get("targets")
     if not isinstance(targets, list) or not targets:
         raise BadInput("the targets are missing: write a line [[targets]], and lines such as round = 0 below it")
@@ -182,16 +184,17 @@ def _scenario(table: Table, seed: int, changes: Iterable[str]) -> Scenario:
     if hold is not None:
         changing = [_held(part, c, hold) for c, part in enumerate(changing)]
         rounds = rounds if "every" in changing[-1] else hold * len(changing)
-    reader = _Reader(parameters, seed)
+    reader = _Reader(parameters, kinds, seed)
     with within("[start]"):
         starts = reader.starts(start)
+    fleet = Fleet.of(parameters, kinds, len(starts))
     assignment = word({"assignment": ASSIGNMENTS[0], **own}, "assignment", ASSIGNMENTS)
     listed, redraw = reader.all_targets(changing, starts, assignment)
     jitter = not_negative({"jitter": 0, **own}, "jitter")
     if jitter:
         # what it moves back into the flying space must have been there before
         check_within("start", "", starts, flying_space(parameters))
-        check_apart("start", "", starts, parameters)
+        check_apart("start", "", starts, fleet)
     return Scenario(
         name=text(table, "name", MOST_NAME),
         parameters=parameters,
@@ -208,6 +211,7 @@ def _scenario(table: Table, seed: int, changes: Iterable[str]) -> Scenario:
         hold=hold,
         begin=word({"begin": BEGINNINGS[0], **own}, "begin", BEGINNINGS),
         repeat=whole(own, "repeat", 1, MOST_ROUNDS) if "repeat" in own else None,
+        kinds=kinds,
     )
 
 
@@ -267,6 +271,7 @@ class _Reader:
     """Reads the tables [start] and [[targets]]."""
 
     parameters: Parameters
+    kinds: tuple[Kind, ...]
     seed: int
 
     def starts(self, table: Table) -> tuple[Point, ...]:
@@ -320,9 +325,9 @@ class _Reader:
         if formation == "random":
             only(table, (*known, "separation"))
             separation = number(table, "separation")
-            check_separation(separation, self.parameters)
-            space = flying_space(self.parameters)
-            return draw(space, self.parameters.theta_inverse, uavs, separation, self.seed, what)
+            widest = Fleet.of(self.parameters, self.kinds, uavs).widest
+            check_separation(separation, widest)
+            return draw(flying_space(widest), widest.theta_inverse, uavs, separation, self.seed, what)
         make, numbers = FORMATIONS[formation]
         only(table, (*known, *numbers, "centre"))
         return make(uavs, centre(table), **{name: float(number(table, name)) for name in numbers})

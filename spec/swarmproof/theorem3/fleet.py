@@ -11,8 +11,9 @@ ellipsoid of the pair contains both ellipsoids, laid against each other.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
 from itertools import combinations_with_replacement
 from typing import Any, NamedTuple
 
@@ -49,6 +50,76 @@ class Kind(NamedTuple):
     name: str
     uavs: tuple[int, ...]
     parameters: Parameters
+
+
+@dataclass(frozen=True)
+class Fleet:
+    """The parameters of every UAV of a swarm.
+
+    Attributes:
+        base: those of UAVs of no kind; times, the flying space and the units of distances are theirs for all.
+        parameters: of each kind that some UAV is of.
+        members: by UAV, its place among `parameters`; empty where all are alike, however many there are.
+    """
+
+    base: Parameters
+    parameters: tuple[Parameters, ...]
+    members: tuple[int, ...] = ()
+
+    @classmethod
+    def alike(cls, parameters: Parameters) -> Fleet:
+        """Return the fleet of UAVs that are all alike."""
+        return cls(parameters, (parameters,))
+
+    @classmethod
+    def of(cls, base: Parameters, kinds: Sequence[Kind], uavs: int) -> Fleet:
+        """Return the fleet of so many UAVs, some of them of these `kinds`.
+
+        Raises:
+            BadInput: a kind lists a UAV that there is not, or none, or two kinds have no common scaling.
+        """
+        if not kinds:
+            return cls.alike(base)
+        by_uav = [base] * uavs
+        for kind in kinds:
+            if not kind.uavs:
+                raise BadInput(f"[[kinds]]: no UAV is of kind {kind.name}: write a line such as uavs = [0, 3]")
+            for uav in kind.uavs:
+                if uav >= uavs:
+                    raise BadInput(
+                        f"[[kinds]]: {kind.name} lists UAV {uav}, but there are {uavs} UAVs, numbered 0 to {uavs - 1}"
+                    )
+                by_uav[uav] = kind.parameters
+        distinct = tuple(dict.fromkeys(by_uav))
+        fleet = cls(base, distinct, tuple(distinct.index(one) for one in by_uav))
+        fleet.pair(0, 0)  # every pair is made now, so that what cannot be is said
+        return fleet
+
+    @cached_property
+    def widest(self) -> Parameters:
+        """Parameters of which d̂_min, with Θ, is enough for any two UAVs; the base's own where all are alike."""
+        if not self.members:
+            return self.base
+        scaling, kept = self.parameters[0].theta_inverse, max(one.d_hat_min for one in self.parameters)
+        for one in self.parameters[1:]:
+            scaling = _common(scaling, one.theta_inverse)
+        return replace(self.base, theta_inverse=scaling, d_hat_min=kept)
+
+    def place(self, uav: int) -> int:
+        """Return the place of a UAV's parameters."""
+        return self.members[uav] if self.members else 0
+
+    def of_uav(self, uav: int) -> Parameters:
+        """Return the parameters of a UAV."""
+        return self.parameters[self.place(uav)]
+
+    def pair(self, one: int, other: int) -> Parameters:
+        """Return the parameters of a pair of UAVs whose own are at these places, as :func:`pair` does."""
+        return self._pairs[one][other]
+
+    @cached_property
+    def _pairs(self) -> list[list[Parameters]]:
+        return [[pair(one, other) for other in self.parameters] for one in self.parameters]
 
 
 class KindPair(NamedTuple):
