@@ -48,7 +48,7 @@ def excess(units: Lattice, jerks: Floats) -> tuple[float, float]:
             ends at rest.
     """
     planner = Planner(units, Weights())
-    model, horizon, m = planner.model, units.horizon, units.steps
+    model, horizon, m = planner.model_of(0), units.horizon, units.steps
     jerks = jerks.copy()
     weights = np.arange(horizon - 1, 1, -1) @ jerks[:-2]
     jerks[-2], jerks[-1] = -weights, weights - jerks[:-2].sum(axis=0)

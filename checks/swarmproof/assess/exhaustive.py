@@ -330,7 +330,8 @@ class _Search:
     def _whole(self, references: Dip | None = None) -> ObservedFlight:
         """Return what is to be said of all flights as one, of which `references` is the closest approach."""
         far = Dip(self.found.continuous_lower, True, (0, 0), 0.0)
-        return ObservedFlight(self._lattice.crash.distance, references or self._close or far, None, 0.0, 0.0, (), self._underway)
+        nearest = references or self._close or far
+        return ObservedFlight(self._lattice.crash.distance, nearest, None, 0.0, 0.0, (), self._underway)
 
 
 class _Stopped(Exception):
