@@ -116,7 +116,8 @@ def test_json_has_the_keys_of_the_schema(capsys: pytest.CaptureFixture[str]) -> 
     """The document has the published keys in their order, floats as numbers, and both UAVs' states."""
     code, document, _ = documents(capsys, *HOLDS)
     assert code == 0
-    assert list(document) == ["schema", "parameters", "reading", "dip", "witness", "theorem_3", "solve_for"]
+    keys = ["schema", "parameters", "defaults", "reading", "dip", "witness", "theorem_3", "about_nothing", "solve_for"]
+    assert list(document) == keys
     assert document["schema"] == "swarmproof.margin/1"
     assert tuple(document["parameters"]) == tuple(name for name in NAMES if name not in EXTENSIONS)
     assert document["parameters"]["T_c"] == 0.05
@@ -312,7 +313,9 @@ def test_a_certificate_is_accepted(tmp_path: Path, capsys: pytest.CaptureFixture
     assert said.startswith("accepted")
     assert "(26) corrected fails" in said
     code, checked, said = documents(capsys, "margin", "--check", str(path))
-    assert (code, checked) == (0, document)
+    # a certificate has all values, and does not say which of them were given
+    assert (code, checked) == (0, {**document, "defaults": {}})
+    document = checked
     assert said.startswith("accepted")
     target = tmp_path / "checked" / "result.json"
     assert main(["margin", "--check", str(path), "--json", str(target)]) == 0
@@ -331,11 +334,22 @@ def test_an_altered_certificate_is_rejected(tmp_path: Path, capsys: pytest.Captu
     captured = capsys.readouterr()
     assert captured.out.startswith("rejected: digest")
     assert captured.out.count("\n") == 1
-    path.write_text("[1, 2]", encoding="ascii")
+    path.write_text(json.dumps({"schema": content["schema"]}), encoding="ascii")
     assert main(["margin", "--check", str(path), "--json", "-"]) == 1
     captured = capsys.readouterr()
     assert captured.out == ""
     assert captured.err.startswith("rejected: expected an object with these keys")
+
+
+@pytest.mark.parametrize("text", ["[1, 2]", '{"pieces": [1, 2]}', "3"])
+def test_other_json_is_no_rejected_certificate(text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What never was a certificate is bad input: nothing is said of a proof."""
+    path = tmp_path / "pair.json"
+    path.write_text(text, encoding="ascii")
+    assert main(["margin", "--check", str(path)]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert "pair.json is JSON, but no certificate of swarmproof: give a file that --certificate has written" in said.err
 
 
 def test_a_certificate_does_not_replace_a_device() -> None:
@@ -387,8 +401,8 @@ def test_a_plot_is_drawn(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
         ("DIR/unknown.toml", "there is no parameter 'speed'"),
         ("DIR/table.toml", "'swarm' is a table"),
         ("--solve-for j_max", "invalid choice: 'j_max'"),
-        ("--solve-for T_c --sweep v_max=1:2", "--sweep goes neither with --certificate (use --results)"),
-        ("--certificate DIR/c.json --sweep v_max=1:2", "--sweep goes neither with --certificate (use --results)"),
+        ("--solve-for T_c --sweep v_max=1:2", "--sweep goes neither with --certificate nor with --solve-for"),
+        ("--certificate DIR/c.json --sweep v_max=1:2", "--sweep goes neither with --certificate nor with --solve-for"),
         ("--certificate -", "--certificate - is not a file"),
         ("--sweep T_c", "--sweep 'T_c' is not of the form NAME=V1:V2"),
         ("--sweep =1:2", "--sweep '=1:2' is not of the form"),

@@ -15,7 +15,7 @@ from swarmproof.cli import BAD_INPUT, EXAMPLES, main, parser
 SHOWS = re.compile(
     r"such as|choose|did you mean|\bfrom \S+ to \S+|\bbetween \S+ and \S+|\bat least \S*\d|\bat most \S*\d|it takes "
     r"|\d (?:are|is) (?:enough|the most)|give |write |looks? like |must (?:be|not be|equal)|as in "
-    r"|that `|that --|or \d|goes with |has UAVs x CUs|is not in \S+…"
+    r"|that `|that --|or \d|goes with |has UAVs x CUs|is not in \S+…|m is needed"
 )
 
 SCENARIO = """

@@ -303,7 +303,10 @@ def test_what_is_no_table_is_said(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        (["uavs=3"], "uavs cannot be changed, since the positions are given one by one"),
+        (
+            ["uavs=3"],
+            'uavs cannot be changed, since the positions are given one by one: give a formation to have a number, such as formation = "circle"',
+        ),
         (["horizon=1"], "horizon must be a whole number from 2 to 60, not 1"),
         (["horizon=x"], f"horizon: 'x' {NO_NUMBER}"),
         (["workspace=none"], "the flying space is missing: give workspace, low and high of x, y and z in m"),
@@ -418,7 +421,10 @@ def test_parameters_are_checked_before_points_are_drawn() -> None:
 def test_targets_and_starts_must_both_be_generated(tmp_path: Path) -> None:
     """The number of UAVs cannot be changed where only the starts are generated."""
     said = _mistake(tmp_path, GOOD.replace(STARTS, CIRCLE), "uavs=3")
-    assert said == "uavs cannot be changed, since the positions are given one by one"
+    assert (
+        said
+        == 'uavs cannot be changed, since the positions are given one by one: give a formation to have a number, such as formation = "circle"'
+    )
 
 
 @pytest.mark.parametrize(
