@@ -210,7 +210,7 @@ def test_a_mixed_pair_is_that_of_the_mean_and_is_real_only_in_one_ratio() -> Non
     ]
     found = of_a_pair(margin(Problem(both[1].parameters, Reading.AS_SAMPLED)), both[1])
     assert Fraction("0.018711") <= found.lower <= found.upper <= Fraction("0.018715")
-    assert found.known == (0, found.upper)
+    assert found.known == (Fraction(0), found.upper)
     alike = pairs(read_kinds([large, {**small, "a_max": "7.5", "j_max": "3.75"}], base))[1]
     assert alike.proportional
     sideways = pairs(
