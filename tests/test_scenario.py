@@ -498,7 +498,9 @@ def test_starts_at_exactly_the_distance_are_accepted() -> None:
     scenario = load("crossing")
     touching = replace(scenario, starts=points((0.0, 0.0, 1.0), (0.25, 0.0, 1.0)))
     assert closest_pair(touching.starts, PUBLISHED_SCALING)[0] == Fraction(1, 16)
-    with pytest.raises(BadInput, match=r"distance is 0\.25 \(rounded; a little less\) m, but at least d_hat_min=0\.25 m"):
+    with pytest.raises(
+        BadInput, match=r"distance is 0\.25 \(rounded; a little less\) m, but at least d_hat_min=0\.25 m"
+    ):
         replace(scenario, starts=points((0.0, 0.0, 1.0), (math.nextafter(0.25, 0), 0.0, 1.0)))
 
 
