@@ -12,7 +12,9 @@ from tests.margin.settings import AS_SAMPLED, INITIAL_STATE, TILTED, WHOLE_MOTIO
 from swarmproof.margin import ball, norms
 from swarmproof.margin.ascent import slope
 from swarmproof.margin.bounds import margin
+from swarmproof.margin.certificate import certificate
 from swarmproof.margin.check import Rejected, check
+from swarmproof.margin.polygon import Outline, clip
 from swarmproof.margin.problem import AxisBounds, Floats, Problem
 from swarmproof.theorem3.inequality import Truth
 from swarmproof.theorem3.parameters import Reading
@@ -93,7 +95,9 @@ def _random_dip(asked: Problem, count: int) -> float:
         j = j * random.choice([0.0, 0.5, 1.0]) if order == 3 else np.zeros(3)
         v0 = v - a * length / 2 - j * length**2 / 8
         states = [(v0 + a * t + j * t**2 / 2, a + j * t) for t in (0.0, length)]
-        excess = max(max(np.linalg.norm(state) / speed, np.linalg.norm(turn) / others[0]) for state, turn in states)
+        excess = max(
+            max(float(np.linalg.norm(state)) / speed, float(np.linalg.norm(turn)) / others[0]) for state, turn in states
+        )
         # the whole motion is scaled until it keeps what it exceeds
         v0, a, j = (part / max(excess, 1.0) for part in (v0, a, j))
         whole, half = (v0 * t + a * t**2 / 2 + j * t**3 / 6 for t in (length, length / 2))
@@ -177,7 +181,7 @@ def _light(patch: pytest.MonkeyPatch) -> None:
     """Plant: weights are lost in what is written."""
     right = norms.BallProver._kept
 
-    def wrong(t: float, balance: ball.Balance, outline: norms.Outline) -> norms._Tried:
+    def wrong(t: float, balance: ball.Balance, outline: Outline) -> norms._Tried:
         tried = right(t, balance, outline)
         assert tried.leaf is not None
         lost = tuple(0.9 * weight for weight in tried.leaf.weights)
@@ -188,10 +192,9 @@ def _light(patch: pytest.MonkeyPatch) -> None:
 
 def _narrow(patch: pytest.MonkeyPatch) -> None:
     """Plant: the polygons of the axes are too small, as if a box inside the ball were the bound."""
-    right = norms.clip
 
     def wrong(corners: Floats, normal: tuple[float, float], level: float) -> Floats:
-        return 0.577 * right(corners, normal, level)
+        return 0.577 * clip(corners, normal, level)
 
     patch.setattr(norms, "clip", wrong)
 
@@ -211,8 +214,6 @@ def test_a_witness_that_breaks_a_norm_is_rejected() -> None:
     """A pair of the box around the ball is no pair of the ball."""
     found = bounds(AS_SAMPLED, *AIRCRAFT, "v_max=150,150,0")
     boxed = bounds(AS_SAMPLED, *AIRCRAFT, "v_max=150,150,0", "v_norm=none")
-    from swarmproof.margin.certificate import certificate
-
     wrong = certificate(found.problem, boxed.lower, boxed.upper, boxed.witness, None)
     with pytest.raises(Rejected):
         check(wrong)

@@ -136,17 +136,28 @@ class KindPair(NamedTuple):
     def proportional(self) -> bool:
         """Say whether every motion of two equal UAVs is one of these two, shared in the ratio of their bounds.
 
-        So it is if all their bounds are in one ratio, and no workspace confines them.
+        So it is if the bounds of each axis are in one ratio (with bounds of the norm: all bounds are in one), and no
+        workspace confines them.
         """
         one, other = self.members
         if one == other:
             return True
-        names = list(NORMS.items())[: self.parameters.order]
-        ours, theirs = [_bounds(kind, names) for kind in self.members]
-        if one.workspace is not None or any((a is None) != (b is None) for a, b in zip(ours, theirs, strict=True)):
+        if one.workspace is not None:
             return False
-        some = [(a, b) for a, b in zip(ours, theirs, strict=True) if a is not None and b is not None and (a or b)]
-        return all(a * some[0][1] == b * some[0][0] for a, b in some)
+        names = list(NORMS.items())[: self.parameters.order]
+        norms = [(getattr(one, norm), getattr(other, norm)) for norm, _ in names]
+        boxes = [[(getattr(one, box)[k], getattr(other, box)[k]) for _, box in names] for k in range(3)]
+        if all(norm == (None, None) for norm in norms):
+            return all(map(_in_one_ratio, boxes))
+        return _in_one_ratio([*norms, *(bounds for axis in boxes for bounds in axis)])
+
+
+def _in_one_ratio(bounds: Sequence[tuple[Fraction | None, Fraction | None]]) -> bool:
+    """Say whether the bounds of two kinds, of which both or neither may be missing, have one ratio."""
+    if any((one is None) != (other is None) for one, other in bounds):
+        return False
+    some = [(one, other) for one, other in bounds if one is not None and other is not None and (one or other)]
+    return all(one * some[0][1] == other * some[0][0] for one, other in some)
 
 
 def read_kinds(raw: object, base: Parameters) -> tuple[Kind, ...]:
@@ -225,10 +236,6 @@ def pairs(kinds: Sequence[Kind]) -> list[KindPair]:
         for one, other in combinations_with_replacement(kinds, 2)
         if one is not other or len(one.uavs) != 1
     ]
-
-
-def _bounds(kind: Parameters, names: Sequence[tuple[str, str]]) -> list[Fraction | None]:
-    return [bound for norm, box in names for bound in (*getattr(kind, box), getattr(kind, norm))]
 
 
 def _mean(one: Vector, other: Vector) -> Vector:
