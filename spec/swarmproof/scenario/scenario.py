@@ -105,7 +105,7 @@ from swarmproof.scenario.tables import (
 from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.fleet import Fleet, Kind, read_kinds
 from swarmproof.theorem3.numbers import ENTRY, near_match, read_toml, shown
-from swarmproof.theorem3.parameters import NAMES, Parameters
+from swarmproof.theorem3.parameters import NAMES, OF_A_KIND, Parameters
 
 __all__ = [
     "DEFAULT_HORIZON",
@@ -188,6 +188,10 @@ def _scenario(table: Table, seed: int, changes: Iterable[str]) -> Scenario:
     with within("[start]"):
         starts = reader.starts(start)
     fleet = Fleet.of(parameters, kinds, len(starts))
+    if kinds and sum(len(kind.uavs) for kind in kinds) == len(starts):
+        # what every kind gives is no published value by default
+        of_all = {name for name in OF_A_KIND if all(name in kind.parameters.given for kind in kinds)}
+        parameters = replace(parameters, given=parameters.given | of_all)
     assignment = word({"assignment": ASSIGNMENTS[0], **own}, "assignment", ASSIGNMENTS)
     listed, redraw = reader.all_targets(changing, starts, assignment)
     jitter = not_negative({"jitter": 0, **own}, "jitter")
