@@ -17,6 +17,7 @@ from tests.flight.settings import setting
 from swarmproof.assess import between
 from swarmproof.assess.exhaustive import Verdict, explore_flights
 from swarmproof.assess.judge import FlightVerdict
+from swarmproof.assess.log import Log
 from swarmproof.assess.refly import Flights
 from swarmproof.assess.run import Setting, fly
 from swarmproof.channel.grammar import parse
@@ -27,6 +28,8 @@ from swarmproof.planning.plan import Plan
 from swarmproof.planning.planner import Planned, Planner
 from swarmproof.planning.problem import Task
 from swarmproof.report import flight_words
+from swarmproof.report.flight_plots import pictures
+from swarmproof.report.flight_series import one_scale, pair_distance, sampled_separation
 from swarmproof.scenario.scenario import Scenario, Weights, load
 from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.fleet import Fleet
@@ -387,3 +390,33 @@ def test_three_numbers_for_three_uavs_are_axes() -> None:
     )
     four = replace(three.setting, scenario=load("formations", 0, ["uavs=4", "v_max=2,1.5,1"]))
     assert "axes" not in flight_words.scope(four, "none", three.flown)
+
+
+def test_the_example_of_the_docs_flies(tmp_path: Path) -> None:
+    """The mixed swarm in docs/your-swarm.md is read as it stands, has the distances that it says, and flies."""
+    page = (Path(__file__).parents[2] / "docs/your-swarm.md").read_text()
+    (block,) = [part for part in page.split("```toml\n")[1:] if part.startswith('name = "mixed"')]
+    path = tmp_path / "mixed.toml"
+    path.write_text(block.split("```")[0])
+    scenario = load(str(path))
+    fleet = scenario.fleet
+    assert [fleet.pair(*map(fleet.place, pair)).d_hat_min for pair in ((0, 1), (0, 2))] == [F("0.6"), F("0.425")]
+    seen = Watched(setting(scenario, cus=3), 30)
+    assert not seen.flown.violated
+    assert seen.flown.arrived
+
+
+def test_pages_have_one_scale_on_an_axis() -> None:
+    """Where crashes have an ellipsoid, the curve of a pair is scaled for them, and d̂_min is not drawn beside it."""
+    pytest.importorskip("matplotlib")
+    for changes, alike in ((("crash_theta_inverse=1",), False), ((), True)):
+        what = setting("crossing", changes=changes)
+        flight = what.flight()
+        log = Log(flight)
+        flown, _ = fly(what, parse("none", 2, 2, 0), 30, log.see, flight)
+        assert one_scale(log) is alike
+        curve = min(float(pair_distance(log, (0, 1), 40, k, k + 1).min()) for k in range(30))
+        assert curve == pytest.approx(flown.continuous_lower, rel=1e-3)
+        assert float(sampled_separation(log)[:-1].min()) == pytest.approx(flown.sampled, rel=1e-9)
+        separation = next(picture for picture in pictures(flown, log) if picture.name == "separation")
+        assert ("d̂_min" in separation.caption) is alike

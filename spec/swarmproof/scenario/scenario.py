@@ -15,6 +15,16 @@
     round = 0
     positions = [[0.6, 0.05, 1], [-0.6, 0, 1]]
 
+UAVs that differ are of kinds, optional; who is in no kind, and what a kind does not give, is as in [parameters]:
+
+    [[kinds]]
+    name = "large"          # for people; optional
+    uavs = [0, 3]           # who is of this kind
+    d_hat_min = 0.6         # m: what two of these keep; also v_max, a_max, j_max, v_norm, a_norm, j_norm, d_min,
+    v_max = 1.5             # theta_inverse, crash_theta_inverse and tracking_error
+
+Two UAVs of different kinds keep the mean of their distances, which is the sum of their radii (`theorem3.fleet`).
+
 Instead of `positions`, `formation` names one, with its own keys (m; `centre` is [0, 0] if not given; see `formations`):
 
     circle     radius, height, centre
