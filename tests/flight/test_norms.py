@@ -11,7 +11,7 @@ import pytest
 from tests.flight.settings import a_task, hover, lattice, setting, wander
 
 from swarmproof.assess.run import fly
-from swarmproof.channel.losses import parse
+from swarmproof.channel.grammar import parse
 from swarmproof.flight.state import Round
 from swarmproof.motion.lattice import Floats
 from swarmproof.planning import qp
@@ -189,7 +189,10 @@ def test_words_and_json_say_how_norms_are_kept() -> None:
     said = flight_words.scope(what, "none", flown)
     assert "Bounds of norms (v_norm=0.5 m/s) are accepted exactly" in said
     assert "at least 98.3 % of them in every direction" in said
-    assert json.loads(flight_words.document(what, flown, seconds))["norms"] == {"v_norm": 0.5, "planned_share": 0.983}
+    assert json.loads(flight_words.document(what, "none", flown, seconds))["norms"] == {
+        "v_norm": 0.5,
+        "planned_share": 0.983,
+    }
     plain = setting("crossing")
     assert "norm" not in flight_words.scope(plain, "none", flown)
-    assert "norms" not in json.loads(flight_words.document(plain, flown, seconds))
+    assert "norms" not in json.loads(flight_words.document(plain, "none", flown, seconds))

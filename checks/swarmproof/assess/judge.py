@@ -305,8 +305,11 @@ class Judge:
         if not broken:
             return
         if claim not in self._tallies:
+            pairs = self._lattice.pairs if dip is None else self._lattice.crash
             chain = (
-                () if approach is None else tuple(explain(self._lattice, self._recent, approach, self._flight.origin))
+                ()
+                if approach is None
+                else tuple(explain(self._lattice, self._recent, approach, self._flight.origin, pairs))
             )
             place = Place.of(self._lattice, rounds - 1, broken[0], approach if dip is None else dip)
             self._tallies[claim] = _Tally(rounds, self._lost, broken[0], chain, place)

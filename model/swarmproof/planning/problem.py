@@ -139,9 +139,10 @@ class Model:
         kinds = {"v_norm": 1, "a_norm": 2, "j_norm": 3}
         self.norms = [(kinds[name], share() * float(norm.bound)) for name, norm in lattice.norms.items()]
         self.spare_of_planes, self.spare_of_bounds = self._spare(samples, bounded)
-        # all three axes may be off at once
-        spares = np.array([self._spare_of_norm(kind) for kind, _ in self.norms])
-        self.spare_of_norms = np.repeat(spares, horizon * len(directions()))
+        self.spare_of_norms = np.empty(0)
+        if self.norms:
+            spares = np.array([self._spare_of_norm(kind) for kind, _ in self.norms])
+            self.spare_of_norms = np.repeat(spares, horizon * len(directions()))
 
     def _spare(self, samples: Floats, bounded: Floats) -> tuple[float, Floats]:
         """Return by how much rows of planes, and those of bounds, are tightened.
@@ -173,6 +174,7 @@ class Model:
         return of_planes, np.tile(np.repeat(by_kind, lattice.horizon), 6)
 
     def _spare_of_norm(self, kind: int) -> float:
+        # all three axes may be off at once
         of_axis = float(self.spare_of_bounds[kind * self.lattice.horizon])
         return of_axis if of_axis <= SPARE else 3**0.5 * of_axis
 

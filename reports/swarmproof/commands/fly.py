@@ -201,7 +201,7 @@ def _one_flight(
     _print(console, flight_words.headline(setting, flown), flown.claims)
     for line in [*flight_words.summary(flown), *idle]:
         console.print(escape(line), soft_wrap=True)
-    console.print(flight_words.scope(setting, options.loss, flown), style="bright_black", soft_wrap=True)
+    console.print(escape(flight_words.scope(setting, options.loss, flown)), style="bright_black", soft_wrap=True)
     return 1 if flown.violated else UNDECIDED if flown.undecided else 0
 
 
@@ -227,7 +227,7 @@ def _every_pattern(
     _print(console, flight_words.patterns_headline(setting, rounds, found), found.claims)
     for line in flight_words.patterns_summary(found):
         console.print(escape(line), soft_wrap=True)
-    console.print(flight_words.patterns_scope(setting, rounds, found), style="bright_black", soft_wrap=True)
+    console.print(escape(flight_words.patterns_scope(setting, rounds, found)), style="bright_black", soft_wrap=True)
     return 1 if found.violated else UNDECIDED if found.undecided else 0
 
 

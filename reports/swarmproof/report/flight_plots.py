@@ -12,8 +12,8 @@ from swarmproof.assess.judge import FlightVerdict, Flown
 from swarmproof.assess.log import Log
 from swarmproof.claims.flight import FlightClaim
 from swarmproof.report.flight_paths import Scene, draw_paths
-from swarmproof.report.flight_separation import down_text, draw_separation, is_enlarged
-from swarmproof.report.flight_series import Band, Bins, jumps
+from swarmproof.report.flight_separation import down_text, draw_separation, shows_dip
+from swarmproof.report.flight_series import Band, Bins, jumps, one_scale
 from swarmproof.report.flight_timeline import draw_timeline, height
 from swarmproof.report.plot_style import SETTINGS
 from swarmproof.semantics.switches import BadInput
@@ -125,9 +125,13 @@ def _separation(flown: Flown, log: Log) -> Picture:
     surely, perhaps = (int((bound < kept).sum()) for bound in (flown.band[:, 1], flown.band[:, 0]))
     below = f"{surely}" if surely == perhaps else f"{surely} to {perhaps}"
     (i, j), time = flown.closest_pair
-    caption = [
+    both = [
         "Look for the curve below d̂_min, which planners keep at samples only, and below d_min, a collision.",
         f"{at_samples} That is so in {below} of {len(flown.band)} steps T_c.",
+    ]
+    only = "Look for the curve below d_min, a collision. It is scaled for these, not as what planners keep at samples."
+    caption = [
+        *(both if one_scale(log) else [only]),
         "It is a certified band, mostly thinner than the line: the true value lies in it, at all times, for all pairs.",
         "Distances are scaled, ‖Θ⁻¹(p_j − p_i)‖. On the right, the two UAVs that come closest; dots are samples.",
     ]
@@ -138,7 +142,7 @@ def _separation(flown: Flown, log: Log) -> Picture:
     return Picture(
         "separation",
         "How close they came",
-        _draw(lambda figure: draw_separation(figure, flown, log), 12, 6 if is_enlarged(flown, kept) else 4.6),
+        _draw(lambda figure: draw_separation(figure, flown, log), 12, 6 if shows_dip(flown, log) else 4.6),
         f"The certified smallest scaled distance of any two references over time, with d̂_min and d_min; closest are "
         f"UAVs {i} and {j} at {time:.2f} s, never closer than {down_text(flown.continuous_lower)} m.",
         " ".join(caption),

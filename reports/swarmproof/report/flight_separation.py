@@ -10,7 +10,7 @@ import numpy as np
 from swarmproof.assess.judge import Flown
 from swarmproof.assess.log import Log
 from swarmproof.motion.lattice import Floats
-from swarmproof.report.flight_series import Band, Bins, pair_distance, sampled_separation
+from swarmproof.report.flight_series import Band, Bins, one_scale, pair_distance, sampled_separation
 from swarmproof.report.flight_timeline import RED
 from swarmproof.report.plot_style import ASKED, BLUE, GREY, INK, KEPT, ORANGE, decimal_text
 
@@ -31,6 +31,11 @@ def is_enlarged(flown: Flown, kept: float) -> bool:
     return (1 - SMALL_DIP) * kept <= float(flown.band[:, 0].min()) <= NEAR * kept
 
 
+def shows_dip(flown: Flown, log: Log) -> bool:
+    """Return the same for a flight: not where crashes are scaled in another way than what is kept."""
+    return one_scale(log) and is_enlarged(flown, float(log.flight.scenario.parameters.d_hat_min))
+
+
 def down_text(distance: float) -> str:
     """Return a distance in m with six decimals, rounded down."""
     return decimal_text(Fraction(distance), 6)
@@ -42,10 +47,10 @@ def draw_separation(figure: Figure, flown: Flown, log: Log) -> None:
     kept, T_c = float(given.d_hat_min), float(given.T_c)
     band = Band.of(flown, T_c)
     grid = figure.add_gridspec(2, 2, width_ratios=[1.9, 1])
-    last = whole = figure.add_subplot(grid[0, 0] if is_enlarged(flown, kept) else grid[:, 0])
+    last = whole = figure.add_subplot(grid[0, 0] if shows_dip(flown, log) else grid[:, 0])
     _draw_band(whole, band, log)
     whole.set(title="The smallest distance of any two references", ylim=(0, None))
-    if is_enlarged(flown, kept):
+    if shows_dip(flown, log):
         last = figure.add_subplot(grid[1, 0], sharex=whole)
         _draw_band(last, band, log)
         _draw_samples(last, sampled_separation(log), T_c)
@@ -59,14 +64,16 @@ def draw_separation(figure: Figure, flown: Flown, log: Log) -> None:
 def _draw_band(axes: Axes, band: Band, log: Log) -> None:
     """Draw the band, what planners keep, and what is asked for."""
     given = log.flight.scenario.parameters
-    kept, asked = float(given.d_hat_min), float(given.d_min)
+    asked = float(given.d_min)
+    kept = float(given.d_hat_min) if one_scale(log) else asked
     corners = np.repeat(band.edges, 2)[1:-1]
     lower, upper, highest = (np.repeat(values, 2) for values in (band.lower, band.upper, band.highest))
     if band.steps > 1:
         axes.fill_between(corners, upper, highest, color=BLUE, alpha=0.3, lw=0, label="range of the steps in a bin")
     axes.fill_between(corners, lower, kept, where=(lower < kept).tolist(), color=ORANGE, alpha=0.3, lw=0)
     axes.fill_between(corners, lower, upper, color=BLUE, lw=0.9, label="certified smallest distance")
-    axes.axhline(kept, color=GREY, lw=1.1, dashes=(6, 3), label=f"{KEPT} = {kept:g} m")
+    if one_scale(log):
+        axes.axhline(kept, color=GREY, lw=1.1, dashes=(6, 3), label=f"{KEPT} = {kept:g} m")
     axes.axhline(asked, color=RED, lw=1.1, dashes=(6, 3), label=f"{ASKED} = {asked:g} m")
     axes.set_xlim(0, band.edges[-1])
     axes.set_ylabel("scaled distance (m)")
@@ -80,7 +87,8 @@ def _draw_samples(axes: Axes, sampled: Floats, T_c: float) -> None:
 def _draw_closest(axes: Axes, flown: Flown, log: Log) -> None:
     """Draw the distance of the closest pair around its closest approach."""
     given, steps = log.flight.scenario.parameters, log.flight.lattice.steps
-    kept, period = float(given.d_hat_min), float(given.T_s)
+    kept = float(given.d_hat_min if one_scale(log) else given.d_min)
+    period = float(given.T_s)
     (i, j), time = flown.closest_pair
     k = min(int(time / period), len(log.rounds) - 1)
     rounds = range(max(0, k - AROUND), min(len(log.rounds), k + AROUND + 1))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from swarmproof.assess.judge import Flown
 from swarmproof.assess.log import Log, moved
 from swarmproof.mlr.algorithm1 import CuState
-from swarmproof.motion.lattice import Floats
+from swarmproof.motion.pairs import Floats, turned
 from swarmproof.scenario.scenario import Scenario
 
 #: How many numbers a curve has at most: more could not be told apart on a page.
@@ -88,21 +88,34 @@ def sampled_separation(log: Log) -> Floats:
     For drawing only: the claims are decided exactly, elsewhere.
     """
     lattice = log.flight.lattice
-    scaled = log.positions(lattice.steps) @ np.array(lattice.parameters.theta_inverse, float).T
+    pairs = lattice.pairs
+    scaled = log.positions(lattice.steps) @ (pairs.first * float(pairs.unit / lattice.position_unit)).T
     first, second = np.triu_indices(scaled.shape[1], 1)
+    matrices = pairs.among(scaled.shape[1])
     at_once = max(1, 2**18 // len(first))
     smallest = [
-        np.sqrt(((some[:, second] - some[:, first]) ** 2).sum(axis=2).min(axis=1))
+        np.sqrt((turned(some[:, second] - some[:, first], matrices) ** 2).sum(axis=2).min(axis=1))
         for some in (scaled[begin : begin + at_once] for begin in range(0, len(scaled), at_once))
     ]
     return np.concatenate(smallest)
 
 
+def one_scale(log: Log) -> bool:
+    """Return whether what plans keep and what a crash is are scaled alike, so that one axis can have both."""
+    kept, crash = log.flight.lattice.pairs, log.flight.lattice.crash
+    return kept.unit == crash.unit and bool((kept.matrices == crash.matrices).all())
+
+
 def pair_distance(log: Log, pair: tuple[int, int], per_round: int, first: int, last: int) -> Floats:
-    """Return the scaled distance (m) of one pair in the rounds `first` … `last` − 1, `per_round` times to a round."""
+    """Return the distance (m) of one pair in the rounds `first` … `last` − 1, `per_round` times to a round.
+
+    It is scaled as that of a crash, like the certified band.
+    """
     i, j = pair
     positions = log.positions(per_round, first, last)
-    apart = (positions[:, j] - positions[:, i]) @ np.array(log.flight.lattice.parameters.theta_inverse, float).T
+    lattice, crash = log.flight.lattice, log.flight.lattice.crash
+    matrix = crash.first if crash.alike else crash.matrices[crash.members[i], crash.members[j]]
+    apart = (positions[:, j] - positions[:, i]) @ (matrix * float(crash.unit / lattice.position_unit)).T
     distance: Floats = np.sqrt((apart**2).sum(axis=1))
     return distance
 

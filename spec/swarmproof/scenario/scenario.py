@@ -15,6 +15,16 @@
     round = 0
     positions = [[0.6, 0.05, 1], [-0.6, 0, 1]]
 
+UAVs that differ are of kinds, optional; who is in no kind, and what a kind does not give, is as in [parameters]:
+
+    [[kinds]]
+    name = "large"          # for people; optional
+    uavs = [0, 3]           # who is of this kind
+    d_hat_min = 0.6         # m: what two of these keep; also v_max, a_max, j_max, v_norm, a_norm, j_norm, d_min,
+    v_max = 1.5             # theta_inverse, crash_theta_inverse and tracking_error
+
+Two UAVs of different kinds keep the mean of their distances, which is the sum of their radii (`theorem3.fleet`).
+
 Instead of `positions`, `formation` names one, with its own keys (m; `centre` is [0, 0] if not given; see `formations`):
 
     circle     radius, height, centre
@@ -105,7 +115,7 @@ from swarmproof.scenario.tables import (
 from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.fleet import Fleet, Kind, read_kinds
 from swarmproof.theorem3.numbers import ENTRY, near_match, read_toml, shown
-from swarmproof.theorem3.parameters import NAMES, Parameters
+from swarmproof.theorem3.parameters import NAMES, OF_A_KIND, Parameters
 
 __all__ = [
     "DEFAULT_HORIZON",
@@ -188,6 +198,10 @@ def _scenario(table: Table, seed: int, changes: Iterable[str]) -> Scenario:
     with within("[start]"):
         starts = reader.starts(start)
     fleet = Fleet.of(parameters, kinds, len(starts))
+    if kinds and sum(len(kind.uavs) for kind in kinds) == len(starts):
+        # what every kind gives is no published value by default
+        of_all = {name for name in OF_A_KIND if all(name in kind.parameters.given for kind in kinds)}
+        parameters = replace(parameters, given=parameters.given | of_all)
     assignment = word({"assignment": ASSIGNMENTS[0], **own}, "assignment", ASSIGNMENTS)
     listed, redraw = reader.all_targets(changing, starts, assignment)
     jitter = not_negative({"jitter": 0, **own}, "jitter")

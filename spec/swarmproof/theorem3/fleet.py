@@ -19,22 +19,8 @@ from typing import Any, NamedTuple
 
 from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.numbers import near_match, shown
-from swarmproof.theorem3.parameters import NORMS, Matrix, Parameters, Vector, diagonal
+from swarmproof.theorem3.parameters import NORMS, OF_A_KIND, Matrix, Parameters, Vector, diagonal
 
-#: What can differ from UAV to UAV.
-OF_A_KIND = (
-    "v_max",
-    "a_max",
-    "j_max",
-    "v_norm",
-    "a_norm",
-    "j_norm",
-    "d_hat_min",
-    "theta_inverse",
-    "d_min",
-    "crash_theta_inverse",
-    "tracking_error",
-)
 MOST_KINDS = 64
 
 

@@ -70,6 +70,20 @@ _MAGNITUDES: dict[str, Magnitude] = {
 }
 _PERIODS_AND_DISTANCES = ("T_c", "T_s", "T_b", "d_hat_min", "d_min")
 _BOUNDS = ("v_max", "a_max", "j_max")
+#: What can differ from UAV to UAV.
+OF_A_KIND = (
+    "v_max",
+    "a_max",
+    "j_max",
+    "v_norm",
+    "a_norm",
+    "j_norm",
+    "d_hat_min",
+    "theta_inverse",
+    "d_min",
+    "crash_theta_inverse",
+    "tracking_error",
+)
 _MATRICES = ("theta_inverse", "crash_theta_inverse")
 #: Where ``none`` is a value.
 _OPTIONAL = ("v_norm", "a_norm", "j_norm", "crash_theta_inverse", "workspace")
@@ -314,11 +328,21 @@ def _read(name: str, raw: object) -> object:
         return tuple(tuple(numbers[row : row + 3]) for row in (0, 3, 6))
     if name in _BOUNDS:
         if pattern not in ("1", "3"):
-            raise BadInput(f"{name} takes one number, or three for x, y and z, such as 1,1,0.5")
+            raise BadInput(
+                f"{name} takes one number, or three for x, y and z, such as 1,1,0.5{_per_uav(name, pattern)}"
+            )
         return _axes(numbers[0]) if pattern == "1" else tuple(numbers)
     if pattern != "1":
-        raise BadInput(f"{name} takes one number, such as {_compact(name, getattr(PUBLISHED, name) or Fraction(1))}")
+        example = _compact(name, getattr(PUBLISHED, name) or Fraction(1))
+        raise BadInput(f"{name} takes one number, such as {example}{_per_uav(name, pattern)}")
     return int(numbers[0]) if name == "order" and numbers[0].denominator == 1 else numbers[0]
+
+
+def _per_uav(name: str, pattern: str) -> str:
+    """Return how to give a value per UAV, which is what a list of another length is likely to be meant as."""
+    if name not in OF_A_KIND or pattern.startswith("rows") or pattern == "0":
+        return ""
+    return f"; UAVs that differ are of [[kinds]]: a line [[kinds]], and lines uavs = [0, 3] and {name} = 0.5 below it"
 
 
 def _read_box(raw: object) -> Box:
