@@ -32,6 +32,10 @@ STARTS = "[start]\npositions = [[-0.6, 0, 1], [0.6, 0.05, 1]]"
 TARGETS = "[[targets]]\nround = 0\npositions = [[0.6, 0.05, 1], [-0.6, 0, 1]]"
 CIRCLE = "[start]\nformation = 'circle'\nuavs = 2\nradius = 1\nheight = 1"
 RANDOM = "[[targets]]\nround = 0\nformation = 'random'\nseparation = 0.5\nevery = 10"
+ONE_BY_ONE = (
+    "uavs cannot be changed, since the positions are given one by one: give a formation to have a number, such as "
+    'formation = "circle"'
+)
 NO_NUMBER = "is not a number: write a decimal such as 0.1 or a fraction such as 1/6"
 AGAIN = TARGETS.replace("round = 0", "round = 20")
 
@@ -305,7 +309,7 @@ def test_what_is_no_table_is_said(tmp_path: Path) -> None:
     [
         (
             ["uavs=3"],
-            'uavs cannot be changed, since the positions are given one by one: give a formation to have a number, such as formation = "circle"',
+            ONE_BY_ONE,
         ),
         (["horizon=1"], "horizon must be a whole number from 2 to 60, not 1"),
         (["horizon=x"], f"horizon: 'x' {NO_NUMBER}"),
@@ -421,10 +425,7 @@ def test_parameters_are_checked_before_points_are_drawn() -> None:
 def test_targets_and_starts_must_both_be_generated(tmp_path: Path) -> None:
     """The number of UAVs cannot be changed where only the starts are generated."""
     said = _mistake(tmp_path, GOOD.replace(STARTS, CIRCLE), "uavs=3")
-    assert (
-        said
-        == 'uavs cannot be changed, since the positions are given one by one: give a formation to have a number, such as formation = "circle"'
-    )
+    assert said == ONE_BY_ONE
 
 
 @pytest.mark.parametrize(
