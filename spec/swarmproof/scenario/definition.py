@@ -377,7 +377,7 @@ def check_apart(what: str, when: str, points: Sequence[Point], fleet: Fleet) -> 
         anyhow = ', or begin = "anyhow" to see what becomes of it'
         raise BadInput(
             f"the {what}s of UAV {i} and UAV {j}{when} are too close: their scaled distance is {distance} m, "
-            f"but at least d_hat_min={exact_text(needed)} m is needed{anyhow}"
+            f"but d_hat_min={exact_text(needed)} m is needed{anyhow}"
         )
 
 
