@@ -212,10 +212,10 @@ class Scenario:
     @property
     def begins_too_close(self) -> str:
         """Which UAVs start closer than d̂_min, in words; empty if none do (Remark 2)."""
-        square, i, j = closest_pair(self.starts, self.parameters.theta_inverse)
-        if square >= self.parameters.d_hat_min**2:
+        square, i, j, d_hat_min = _closest_of(self.starts, self.fleet)
+        if square >= d_hat_min**2:
             return ""
-        distance, d_hat_min = sqrt(square), self.parameters.d_hat_min
+        distance = sqrt(square)
         return f"UAV {i} and UAV {j} start {distance:.6g} m apart, less than d_hat_min={exact_text(d_hat_min)} m"
 
     @property
