@@ -94,9 +94,21 @@ def shares(problem: Problem, of: Limits) -> list[float]:
     return [float(reached / bound) for reached, bound in zip(largest(problem), of, strict=True)]
 
 
-BOUND = st.builds(lambda mantissa, power: F(mantissa) * F(10) ** power, st.integers(1, 9), st.integers(-2, 9))
+def problem_of(size: Fraction, tight: Fraction, loose: Fraction, kind: int, period: Fraction, horizon: int) -> Problem:
+    """Return a problem in which one kind of bounds, v, a or j, is tighter than others of the same size."""
+    bounds = [size * period**2, size * period, size]
+    bounds = [bound * (tight if n == kind else loose) for n, bound in enumerate(bounds)]
+    return Problem(Limits(*bounds), period, horizon)
+
+
 PROBLEMS = st.builds(
-    Problem, st.builds(Limits, BOUND, BOUND, BOUND), st.sampled_from([F(1, 5), F(1), F(1, 30)]), st.integers(2, 12)
+    problem_of,
+    st.integers(-2, 2).map(lambda power: F(10) ** power),
+    st.integers(1, 40).map(lambda n: F(n, 10)),
+    st.integers(0, 9).map(lambda power: F(3) * F(10) ** power),
+    st.integers(0, 2),
+    st.sampled_from([F(1, 5), F(1), F(1, 30)]),
+    st.integers(2, 12),
 )
 #: The bounds of which one binds, by what it is: the others follow from it, or are as large.
 BINDING = {
@@ -114,8 +126,8 @@ def test_no_plan_exceeds_what_is_implied(problem: Problem, data: st.DataObject) 
     jerks = data.draw(
         st.one_of(
             st.lists(st.integers(-100, 100), min_size=problem.horizon, max_size=problem.horizon),
-            # the sharpest ones turn round in each period
-            st.integers(1, 9).map(lambda n: [(-1) ** k * (n + k) for k in range(problem.horizon)]),
+            # with the sharpest turns: speeds are v, −v, v, … and then 0
+            st.just([(-1) ** k * max(4 * k, 1) for k in reversed(range(problem.horizon))]),
         )
     )
     v = a = F(0)
@@ -144,8 +156,9 @@ def test_a_linear_program_finds_none_either(problem: Problem) -> None:
 @pytest.mark.parametrize("problem", BINDING.values(), ids=BINDING)
 def test_what_is_implied_is_nearly_reached(problem: Problem) -> None:
     """Where a single bound binds, all that follows from it is reached but for a factor of 2 or so."""
-    assert max(shares(problem, problem.implied)) > 0.99
-    assert min(shares(problem, problem.implied)) > 0.4
+    reached = shares(problem, problem.implied)
+    assert 0.99 < max(reached) <= 1 + CLOSE
+    assert min(reached) > 0.4
 
 
 def test_bounds_that_are_no_good_are_noticed() -> None:
