@@ -109,6 +109,17 @@ def test_a_swarm_may_begin_in_violation(tmp_path: Path) -> None:
         mission(tmp_path, close, ("workspace = [[-2, 2]", "workspace = [[0.1, 2]"), changes=("begin=anyhow",))
 
 
+def test_random_points_need_limits(tmp_path: Path) -> None:
+    """In a space without limits there is no uniform distribution, and nothing is drawn."""
+    start = (
+        "positions = [[0, 0, 1], [0.5, 0, 1]]\n[[targets]]",
+        'formation = "random"\nuavs = 2\nseparation = 1\n[[targets]]',
+    )
+    assert mission(tmp_path, start).uavs == 2
+    with pytest.raises(BadInput, match=r"random points need a flying space with limits, such as \[\[-2, 2\]"):
+        mission(tmp_path, start, ("[-2, 2], [0, 3]", "[-2, inf], [0, 3]"))
+
+
 def test_a_long_file_is_read(tmp_path: Path) -> None:
     """A recorded mission lists the targets of every round; a parameter file of that length is none."""
     rounds = "".join(

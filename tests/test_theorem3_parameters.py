@@ -476,6 +476,7 @@ def test_a_side_of_the_space_may_be_open(text: str, sides: tuple[str | None, ...
     [
         ("inf,inf,0,1,0,1", "inf is no low: for no limit write [-inf, inf]"),
         ("-1,-inf,0,1,0,1", "-inf is no high"),
+        ("0,1e-320,0,1,0,1", "has too many digits behind the point: 100 are the most, or write 0"),
         ("-2e7,1,0,1,0,1", "a coordinate is between -1e7 and 1e7 m; for no limit write inf"),
     ],
 )

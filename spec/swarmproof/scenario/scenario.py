@@ -4,7 +4,7 @@
 
     name = "swap"           # what reports call it
     rounds = 60             # length of a flight where no other is asked for, 1 … 100000
-    horizon = 15            # H in periods T, 2 … 40; optional
+    horizon = 15            # H in periods T, 2 … 60; optional
     [parameters]            # names and units as for `margin`; what is not given is published
     workspace = [[-1.7, 1.7], [-1.7, 1.7], [0.4, 3.0]]    # the flying space, m: low and high of x, y, z; needed
     [weights]               # of the cost, optional: position, speed, acceleration, jerk, band, band_width (m)
@@ -338,6 +338,8 @@ class _Reader:
         """Return `uavs` points in this formation; `table` has its keys and the `known` ones, `what` labels the draw."""
         if formation == "random":
             only(table, (*known, "separation"))
+            if any(side is None for sides in self.parameters.workspace or () for side in sides):
+                raise BadInput("random points need a flying space with limits, such as [[-2, 2], [-2, 2], [0, 3]]")
             separation = number(table, "separation")
             widest = Fleet.of(self.parameters, self.kinds, uavs).widest
             check_separation(separation, widest)

@@ -92,7 +92,12 @@ def _text_number(text: str, magnitude: Magnitude) -> Fraction:
         raise BadInput(f"{shown(text)} is too long for a number: {MOST_DIGITS} characters are enough")
     if decimal := _DECIMAL.fullmatch(text):
         # refused before the power of ten is built
-        if abs(int(decimal[1] or 0)) > MOST_DIGITS:
+        exponent = int(decimal[1] or 0)
+        if exponent < -MOST_DIGITS and not magnitude.smallest:
+            raise BadInput(
+                f"{shown(text)} has too many digits behind the point: {MOST_DIGITS} are the most, or write 0"
+            )
+        if abs(exponent) > MOST_DIGITS:
             raise _out_of_range(shown(text), magnitude)
     elif not _FRACTION.fullmatch(text):
         raise BadInput(f"{shown(text)} is not a number: write a decimal such as 0.1 or a fraction such as 1/6")
