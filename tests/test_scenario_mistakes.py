@@ -259,7 +259,8 @@ def test_the_good_file_is_good(tmp_path: Path) -> None:
         (
             TARGETS,
             "[[targets]]\nround = 0\nformation = 'antipodes'\nradius = 1",
-            "the table 1 of [[targets]]: there is no key 'radius' here: choose one of round, velocity, formation, centre",
+            "the table 1 of [[targets]]: there is no key 'radius' here: choose one of round, velocity, formation, "
+            "centre",
         ),
         # random points
         (
