@@ -199,7 +199,7 @@ def _one_flight(
     write_json(options.json, flight_words.document(setting, options.loss, flown, seconds))
     idle = losses.without_effect(flown.rounds, flown.lost) if isinstance(losses, Loss) else []
     _print(console, flight_words.headline(setting, flown), flown.claims)
-    for line in [*flight_words.summary(flown), *idle]:
+    for line in [*flight_words.summary(setting, flown), *idle]:
         console.print(escape(line), soft_wrap=True)
     console.print(escape(flight_words.scope(setting, options.loss, flown)), style="bright_black", soft_wrap=True)
     return 1 if flown.violated else UNDECIDED if flown.undecided else 0

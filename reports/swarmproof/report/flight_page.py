@@ -80,7 +80,7 @@ def flight_page(setting: Setting, loss: str, flown: Flown, log: Log, drawn: list
     return template("flight.html.j2").render(
         paper=PAPER,
         headline=flight_words.headline(setting, flown),
-        figures=flight_words.summary(flown),
+        figures=flight_words.summary(setting, flown),
         scope=flight_words.scope(setting, loss, flown),
         facts=flight_facts.rows(setting, loss, flown),
         violations=flight_facts.violations(flown),

@@ -36,7 +36,7 @@ def _outcome(claims: Iterable[Judged | Decided]) -> str:
     return "; ".join(told if by_verdict["violated"] else ["no claim violated", *told])
 
 
-def summary(flown: Flown) -> list[str]:
+def summary(setting: Setting, flown: Flown) -> list[str]:
     """Return the figures of a flight, a line each."""
     (i, j), time = flown.closest_pair
     if flown.rounds_to_arrival is not None:
@@ -50,10 +50,12 @@ def summary(flown: Flown) -> list[str]:
         progress = f"Last new trajectory adopted: in round {last.round}, by UAV {last.uav}, planned by CU {last.cu}."
     tracked = "" if flown.tracked is None else f"; of all trajectories in valid trackers {flown.tracked:.6f} m"
     qps = flown.qps
+    given = setting.scenario
+    crash = ", scaled as for d_min" if given.kinds or given.parameters.crash_theta_inverse is not None else ""
     return [
         *([flown.beginning] if flown.beginning else []),
         f"Smallest scaled distance of references: {flown.sampled:.6f} m at samples{tracked}; at any time at least "
-        f"{flown.continuous_lower:.6f} m (UAVs {i} and {j}, {time:.2f} s).",
+        f"{flown.continuous_lower:.6f} m (UAVs {i} and {j}, {time:.2f} s{crash}).",
         f"{qps.solved} optimization problems solved, {qps.rejected} answers rejected, {qps.infeasible} infeasible; "
         f"{flown.lost} messages lost. {arrival} {progress}",
     ]
