@@ -23,6 +23,7 @@ from swarmproof.assess.run import Setting, fly
 from swarmproof.channel.grammar import parse
 from swarmproof.flight.state import Round
 from swarmproof.motion.lattice import Lattice
+from swarmproof.motion.pairs import Scales
 from swarmproof.planning.accept import old_satisfies
 from swarmproof.planning.plan import Plan
 from swarmproof.planning.planner import Planned, Planner
@@ -222,7 +223,7 @@ def test_pairs_have_the_scaling_and_the_distance_of_both(hetero: Scenario) -> No
     for i, j in combinations(range(8), 2):
         matrix = pairs.second(i, j)
         assert matrix is not None
-        scaled = sum((int(part) * pairs.unit) ** 2 for part in matrix @ np.array(x, float))
+        scaled = sum((int(part) * pairs.unit_of(i, j)) ** 2 for part in matrix @ np.array(x, float))
         unit = setting(hetero).flight().lattice.position_unit
         wide = ((x[0] * unit) ** 2 + (x[1] * unit) ** 2 + (x[2] * unit * HEIGHT) ** 2) / (
             RADII[OF_UAV[i]] + RADII[OF_UAV[j]]
@@ -241,24 +242,29 @@ def test_kinds_with_equal_distances_are_scaled_as_ever(tmp_path: Path) -> None:
         assert mine.unit / units.position_unit == theirs.unit / plain.position_unit
 
 
-def test_between_samples_each_pair_has_its_matrix() -> None:
-    """All pairs with matrices of their own come as close as the closest of them, each scaled for itself."""
+def test_between_samples_each_pair_has_its_scale() -> None:
+    """All pairs with matrices and weights of their own come as close as the closest of them, each scaled for itself."""
     random = np.random.default_rng(7)
     for _ in range(20):
         pieces = np.rint(random.normal(0, 2.0**20, (3, 4, 3, 4)))
         matrices = random.integers(-9, 10, (6, 3, 3)).astype(float)
+        weights = tuple(F(int(n), 7) for n in random.integers(7, 30, 6))
         alone = [
             between.closest(np.einsum("xy,snyk->snxk", matrix, pieces[:, [i, j]]))
             for matrix, (i, j) in zip(matrices, combinations(range(4), 2), strict=True)
         ]
-        best = min(alone, key=lambda one: one.upper)
-        found = between.closest(pieces, matrices)
-        assert found.lower <= best.upper <= found.upper * (1 + 1e-8)
-        assert found.pair == list(combinations(range(4), 2))[alone.index(best)]
-        lower, upper = between.lowest_per_step(pieces, matrices)
-        assert lower.min() <= best.upper <= upper.min() * (1 + 1e-5)
-        assert between.at_least(pieces, F(best.lower) * F(999, 1000), matrices)
-        assert between.at_least(pieces, F(best.upper) * F(1001, 1000), matrices) is False
+        worth = [one.upper * float(weight) for one, weight in zip(alone, weights, strict=True)]
+        scales, best = Scales(matrices, weights), min(worth)
+        found = between.closest(pieces, scales)
+        assert found.lower * (1 - 1e-14) <= best <= found.upper * (1 + 1e-8)
+        assert found.pair == list(combinations(range(4), 2))[worth.index(best)]
+        lower, upper = between.lowest_per_step(pieces, scales)
+        assert lower.min() <= best * (1 + 1e-14)
+        assert best <= upper.min() * (1 + 1e-5)
+        # decided by floats, and by integers alone where these are close
+        for share in (F(999, 1000), 1 - F(1, 10**11)):
+            assert between.at_least(pieces, F(found.lower) * share, scales)
+            assert between.at_least(pieces, F(found.upper) / share, scales) is False
 
 
 # Crashes

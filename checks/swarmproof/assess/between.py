@@ -19,6 +19,8 @@ Rounding, with u = 2⁻⁵³ and γ_n = nu / (1 − nu). What follows holds for 
 - Subtracting or adding the slack below errs by less than 2uM, and all underflow in sum by far less than uM: M is at
   least 1, unless all is 0 and exact.
 
+- Where pairs have weights of at least 1, M and all c are multiplied with the rounded one: 3uM more.
+
 So after n splits a coefficient less a slack of (24 + 16n)uM is a lower bound, and one at an end plus it an upper one.
 """
 
@@ -34,6 +36,7 @@ from math import comb, inf, nextafter
 import numpy as np
 from numpy.typing import NDArray
 
+from swarmproof.motion.pairs import Scales
 from swarmproof.semantics.switches import BadInput
 
 Floats = NDArray[np.float64]
@@ -105,7 +108,7 @@ def cubics(states: Floats, jerks: Floats, scaling: Floats, steps: int) -> Floats
     return pieces
 
 
-def closest(pieces: Floats, second: Floats | None = None) -> Closest:
+def closest(pieces: Floats, second: Scales | None = None) -> Closest:
     """Return the closest approach over all `pieces`, shape (R, U, 3, 4), and all pairs of their UAVs.
 
     The enclosure is not wider than :data:`WIDTH` · upper + 1e-12 M, M being the largest |d_k|² of any pair and step.
@@ -113,8 +116,8 @@ def closest(pieces: Floats, second: Floats | None = None) -> Closest:
 
     Args:
         pieces: of q, or of positions where `second` is given.
-        second: integer matrices with which the differences of the pairs i < j, in the order of their indices, are to be
-            multiplied (:meth:`swarmproof.motion.pairs.Pairs.among`), shape (pairs, 3, 3).
+        second: how the differences of the pairs i < j, in the order of their indices, are scaled, and what squares of
+            them are worth (:meth:`swarmproof.motion.pairs.Pairs.among`): all squares are meant times these weights.
 
     Raises:
         BadInput: `pieces` has another shape, no step, less than two UAVs, or a number that is no integer up to 2⁵⁰,
@@ -125,11 +128,12 @@ def closest(pieces: Floats, second: Floats | None = None) -> Closest:
     # end, together 3uM. And `fraction` is wrong by at most 3u for each split, hence the value there by 52 · 3u · 12M.
     found = _Search(_checked(pieces, second), second, None)
     step, i, j = _place(pieces, found.piece)
-    upper = _rounded_up(_square_at(_difference(pieces, second, found.piece), found.fraction))
+    square = _square_at(_difference(pieces, second, found.piece), found.fraction)
+    upper = _rounded_up(square * _weight(second, found.piece))
     return Closest(min(found.lower, upper), upper, step, (i, j), found.fraction)
 
 
-def at_least(pieces: Floats, square: Fraction, second: Floats | None = None) -> bool | None:
+def at_least(pieces: Floats, square: Fraction, second: Scales | None = None) -> bool | None:
     """Return whether |q_j − q_i|² ≥ `square` for all pairs and times of `pieces`, shape (R, U, 3, 4).
 
     True is certified; False means that a place with a smaller value is known, exactly. None: the minimum is so close to
@@ -139,13 +143,15 @@ def at_least(pieces: Floats, square: Fraction, second: Floats | None = None) -> 
         BadInput: as :func:`closest`.
     """
     found = _Search(_checked(pieces, second), second, _rounded_up(square))
-    if _square_at(_difference(pieces, second, found.piece), found.fraction) < square:
+    if _square_at(_difference(pieces, second, found.piece), found.fraction) * _weight(second, found.piece) < square:
         return False
-    answers = {_exactly_at_least(_difference(pieces, second, piece), square) for piece in found.unsure}
+    answers = {
+        _exactly_at_least(_difference(pieces, second, piece), square / _weight(second, piece)) for piece in found.unsure
+    }
     return False if False in answers else None if None in answers else True
 
 
-def lowest_per_step(pieces: Floats, second: Floats | None = None) -> tuple[Floats, Floats]:
+def lowest_per_step(pieces: Floats, second: Scales | None = None) -> tuple[Floats, Floats]:
     """Return certified bounds (lower, upper), shape (R,) each, of the smallest |q_j − q_i|² of all pairs in each step.
 
     They are :data:`WIDTH_OF_STEP` · upper apart, or more where :data:`DEPTH_OF_STEP` splits do not reach that.
@@ -248,7 +254,7 @@ class _Search:
         unsure: pieces with a part whose lower bound remained below the goal.
     """
 
-    def __init__(self, pieces: Floats, second: Floats | None, goal: float | None) -> None:
+    def __init__(self, pieces: Floats, second: Scales | None, goal: float | None) -> None:
         self.lower = self.best = inf
         self.piece, self.fraction = 0, 0.0
         self.unsure: set[int] = set()
@@ -280,21 +286,24 @@ class _Search:
             self.unsure.update(boxes.pieces[lower < self._goal].tolist())
 
 
-def _whole_steps(pieces: Floats, second: Floats | None) -> Iterator[_Boxes]:
+def _whole_steps(pieces: Floats, second: Scales | None) -> Iterator[_Boxes]:
     """Yield every piece as a part of its own, some steps at a time."""
     one, other = _pairs(pieces.shape[1])
     by_axis = np.ascontiguousarray(pieces.transpose(2, 3, 0, 1))
     at_once = max(1, _TOGETHER // len(one))
+    weights = None if second is None else np.array([float(weight) for weight in second.weights])
     for begin in range(0, len(pieces), at_once):
         some = by_axis[:, :, begin : begin + at_once]
         apart = some[..., other] - some[..., one]
         if second is not None:
-            apart = np.einsum("pxy,yksp->xksp", second, apart)
+            apart = np.einsum("pxy,yksp->xksp", second.matrices, apart)
         d = apart.reshape(3, 4, -1)
         products = (d[:, _FIRST] * d[:, _SECOND]).sum(axis=0)
         rows = np.zeros((11, products.shape[1]))
         rows[:7] = _ROUNDED_WEIGHTS @ products
         rows[7] = products[_SQUARES].max(axis=0)
+        if weights is not None:
+            rows[:8] *= np.tile(weights, products.shape[1] // len(one))
         rows[8] = begin * len(one) + np.arange(products.shape[1])
         rows[10] = 1
         yield _Boxes(rows, 0)
@@ -313,13 +322,18 @@ def _place(pieces: Floats, piece: int) -> tuple[int, int, int]:
     return step, int(first[pair]), int(second[pair])
 
 
-def _difference(pieces: Floats, second: Floats | None, piece: int) -> list[list[int]]:
+def _difference(pieces: Floats, second: Scales | None, piece: int) -> list[list[int]]:
     """Return the coefficients of q_j − q_i over a piece, exactly: four for each axis."""
     step, i, j = _place(pieces, piece)
     apart = pieces[step, j] - pieces[step, i]
     if second is not None:
-        apart = second[piece % len(second)] @ apart
+        apart = second.matrices[piece % len(second.matrices)] @ apart
     return [[int(d) for d in axis] for axis in apart.tolist()]
+
+
+def _weight(second: Scales | None, piece: int) -> Fraction:
+    """Return what a square of a piece's pair is worth."""
+    return Fraction(1) if second is None else second.weights[piece % len(second.weights)]
 
 
 def _square_at(difference: list[list[int]], fraction: float) -> Fraction:
@@ -362,14 +376,14 @@ def _rounded_up(value: Fraction) -> float:
     return nearest if Fraction(nearest) >= value else nextafter(nearest, inf)
 
 
-def _checked(pieces: Floats, second: Floats | None) -> Floats:
+def _checked(pieces: Floats, second: Scales | None) -> Floats:
     """Return `pieces`; raise :class:`BadInput` unless they are what this module is sound for."""
     if pieces.ndim != 4 or pieces.shape[2:] != (3, 4) or pieces.shape[0] < 1 or pieces.shape[1] < 2:
         raise BadInput(
             f"pieces of shape {pieces.shape} have no distances: "
             "(steps, UAVs, 3, 4), with at least one step and two UAVs, would be right"
         )
-    stretched = 1.0 if second is None else float(np.abs(second).sum(axis=2).max())
+    stretched = 1.0 if second is None else float(np.abs(second.matrices).sum(axis=2).max())
     if not (np.abs(pieces).max() * stretched <= LARGEST and (pieces == np.rint(pieces)).all()):
         raise BadInput("pieces have a coefficient that is no integer of at most 2^50: lattice units would be right")
     return pieces

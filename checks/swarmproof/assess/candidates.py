@@ -1,8 +1,9 @@
 """All trajectories that UAVs may be following, as the trackers say, and how close any two come at the samples.
 
 Squared scaled distances are sums of three squares of exact integers, so float64 has them with a relative error below
-4·2⁻⁵³. That orders them well enough to find a closest pair, whose distance is then computed exactly. Where that is
-as close to d̂_min as that error, all pairs that may be the closest are computed exactly.
+4·2⁻⁵³ (7·2⁻⁵³ where pairs have units of their own). That orders them well enough to find a closest pair, whose distance
+is then computed exactly. Where that is as close to d̂_min as that error, all pairs that may be the closest are computed
+exactly.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ class Candidates:
     Attributes:
         names: whose they are and what they are called, sorted.
         owners: shape (n,).
-        squares: in units of |q|², shape (n, n, H·m + 1).
+        squares: in squares of the smallest unit of scaled distances, shape (n, n, H·m + 1).
     """
 
     def __init__(self, lattice: Lattice, k: int, named: Iterable[tuple[Name, Plan]]) -> None:
@@ -55,6 +56,9 @@ class Candidates:
         self._second = lattice.pairs.second(owners[:, None, None], owners[None, :, None])
         apart = turned(self._q[:, None] - self._q[None], self._second)
         self.squares: Floats = np.einsum("abhx,abhx->abh", apart, apart)
+        weights = lattice.pairs.weights(owners[:, None, None], owners[None, :, None])
+        if weights is not None:
+            self.squares *= weights
         self._lowest = [self.squares.min(axis=2), self.squares[:, :, 1:].min(axis=2)]
 
     def have(self, names: Iterable[Name]) -> Mask:
@@ -109,6 +113,9 @@ def closest_at_samples(lattice: Lattice, k: int, names: Sequence[Name], position
     pairs, owners = lattice.pairs, np.array([i for i, _ in names])
     apart = turned(positions[:, other] - positions[:, one], pairs.second(owners[one], owners[other]))
     squares = np.einsum("hpx,hpx->hp", apart, apart)
+    weights = pairs.weights(owners[one], owners[other])
+    if weights is not None:
+        squares *= weights
     smallest = float(squares.min())
     limit = float(pairs.square(pairs.distance))
     # far from d̂_min, the pair whose computed distance is the smallest decides, and no other
@@ -120,7 +127,7 @@ def closest_at_samples(lattice: Lattice, k: int, names: Sequence[Name], position
 
 
 def _approach(lattice: Lattice, k: int, names: tuple[Name, Name], apart: Floats, h: int) -> Approach:
-    square = sum(int(x) ** 2 for x in apart) * lattice.pairs.unit**2
+    square = sum(int(x) ** 2 for x in apart) * lattice.pairs.unit_of(names[0][0], names[1][0]) ** 2
     time = k * lattice.parameters.T_s + h * lattice.parameters.T_c
     (i, one), (j, other) = names
     return Approach(square, (i, j), (PlannedBy(*one), PlannedBy(*other)), time)

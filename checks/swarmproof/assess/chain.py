@@ -135,7 +135,9 @@ def _plan(lattice: Lattice, attempt: Attempt, one: Name) -> list[str]:
     plan = attempt.planned.plan
     assert plan is not None
     apart = attempt.task.planes.apart(plan)
-    nearest = np.sqrt((apart * apart).sum(axis=2).min()) * float(lattice.pairs.unit)
+    planes, squares = attempt.task.planes, (apart * apart).sum(axis=2)
+    units = np.array([[float(unit)] for unit in planes.units]) if planes.units else float(lattice.pairs.unit)
+    nearest = float((np.sqrt(squares) * units).min())
     demanded = "as (13f) demands" if attempt.task.tolerance == EXACT else "as (13f) demands, but for the tolerance"
     verdict = "which breaks (13f)" if len(wrong_sides(plan, attempt.task.planes)) else demanded
     return [
@@ -165,7 +167,7 @@ def _place(
         x, y, z = here * float(lattice.position_unit) + np.array(origin, float)
         places.append(f"UAV {name[0]} ({in_words(name)}) is at ({x:.3f}, {y:.3f}, {z:.3f}) m")
     apart = turned(scaled[1] - scaled[0], pairs.second(names[0][0], names[1][0]))
-    distance = float(np.linalg.norm(apart)) * float(pairs.unit)
+    distance = float(np.linalg.norm(apart)) * float(pairs.unit_of(names[0][0], names[1][0]))
     return f"Closest approach: at {float(time):.3f} s, {places[0]} and {places[1]}, {distance:.4f} m apart (scaled)."
 
 

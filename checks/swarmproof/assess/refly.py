@@ -24,7 +24,7 @@ from swarmproof.channel.deliver import deliver
 from swarmproof.channel.pattern import Losses, nothing_lost
 from swarmproof.flight.state import Computed, FlightState
 from swarmproof.motion.lattice import Floats
-from swarmproof.motion.pairs import turned
+from swarmproof.motion.pairs import Scales, turned
 from swarmproof.planning.outlook import ARRIVED
 from swarmproof.planning.planner import Planned, Planner
 from swarmproof.planning.problem import Task
@@ -218,7 +218,7 @@ class Flights:
         away = ahead * float(self._lattice.position_unit) - self._targets[:, None]
         return state.k >= self._last_change and bool(((away**2).sum(axis=2) < ARRIVED**2).all())
 
-    def _distance(self, pieces: Floats, second: Floats | None) -> tuple[float, int]:
+    def _distance(self, pieces: Floats, second: Scales | None) -> tuple[float, int]:
         """Return a certified lower bound of the distance of any two UAVs (m), and the step of their approach."""
         found = closest(pieces, second)
         # the last factor makes up for three roundings
@@ -231,13 +231,13 @@ class Flights:
         plans = [state.followed(i) for i in range(len(self._targets))]
         q = np.array([plan.scaled_from(state.k)[: len(periods) * m + 1] for plan in plans])
         one, other = np.triu_indices(len(plans), 1)
-        apart = turned(q[other] - q[one], self._lattice.pairs.second(one[:, None], other[:, None]))
+        apart = turned(q[other] - q[one], self._lattice.pairs.in_metres(one[:, None], other[:, None]))
         pair = int((apart**2).sum(axis=2).min(axis=1).argmin())
         uavs = int(one[pair]), int(other[pair])
         states = np.array([plans[i].state_at(k) for k in periods for i in uavs])
         jerks = np.array([plans[i].jerk_in(k) for k in periods for i in uavs])
         pieces = cubics(states, jerks, self._lattice.crash.first, m).reshape(m, len(periods), 2, 3, 4)
-        second = None if self._second is None else self._second[pair : pair + 1]
+        second = None if self._second is None else self._second.only(pair)
         distance, step = self._distance(pieces.swapaxes(0, 1).reshape(-1, 2, 3, 4), second)
         return Promise(distance, state.k, state.k + step // m, uavs)
 

@@ -145,8 +145,10 @@ class Lattice:
         one, other = np.triu_indices(len(positions), 1)
         q = positions @ self.pairs.first.T
         apart = turned(q[other] - q[one], self.pairs.second(one, other))
-        needed = self.pairs.square(self.pairs.distance)
-        return all(sum(int(x) ** 2 for x in difference) >= needed for difference in apart)
+        return all(
+            sum(int(x) ** 2 for x in difference) * self.pairs.unit_of(i, j) ** 2 >= self.pairs.distance**2
+            for i, j, difference in zip(one.tolist(), other.tolist(), apart, strict=True)
+        )
 
     def largest(self) -> int:
         """Return a bound for every coordinate of a scaled position, whatever jerks within U are tried."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property, lru_cache
 from typing import NamedTuple
 
@@ -48,6 +49,7 @@ class Planes:
         owners: whose trajectory each of the n is.
         tolerance: by how much they may be violated. A row with tolerance is one without, for a smaller d̂_min.
         second: what differences are multiplied with, shape (n, 1, 3, 3); None where q is scaled already.
+        units: of the n distances, in m; empty where all are that of the lattice.
     """
 
     others: Floats
@@ -56,6 +58,7 @@ class Planes:
     owners: tuple[int, ...]
     tolerance: Tolerance = EXACT
     second: Floats | None = None
+    units: tuple[Fraction, ...] = ()
 
     def apart(self, plan: Plan) -> Floats:
         """Return how far the other trajectories are from `plan`, scaled: integers below 2⁵¹, exact, shape of others."""
@@ -66,6 +69,12 @@ class Planes:
         """‖n‖² as floats, shape (n, h_c + 1)."""
         squares: Floats = np.einsum("nhx,nhx->nh", self.normals, self.normals)
         return squares
+
+    def per_unit(self, lattice: Lattice) -> Floats | float:
+        """Return the lattice's unit of distances in that of each trajectory, shape (n, 1), rounded once; or 1."""
+        if not self.units:
+            return 1.0
+        return np.array([[float(lattice.pairs.unit / unit)] for unit in self.units])
 
     @cached_property
     def lengths(self) -> Floats:
@@ -94,10 +103,11 @@ def wrong_sides(plan: Plan, planes: Planes) -> NDArray[np.intp]:
     apart = planes.apart(plan)
     products = planes.normals * apart
     dot = np.einsum("nhx->nh", products)
-    reach = planes.lengths * np.where(planes.halfway[:, None], *asked(lattice, planes.tolerance, scaled=True))
+    needed = np.where(planes.halfway[:, None], *asked(lattice, planes.tolerance, scaled=True))
+    reach = planes.lengths * (needed * planes.per_unit(lattice))
     right = np.where(planes.halfway[:, None], 0.5 * (reach + planes.squares), reach)
     # With u the unit roundoff: a sum of three rounded products is off by at most 3u(1+u)²·Σ|product|; `squares` has
-    # relative error at most 3u(1+u)², its root at most 3u, d̂ as a float less than 2u, so `right` less than 9u in all.
+    # relative error at most 3u(1+u)², its root at most 3u, d̂ as a float less than 4u, so `right` less than 10u in all.
     # Twice these bounds covers terms of second order and the rounding of the bounds themselves.
     slack = 8 * ROUNDOFF * np.einsum("nhx->nh", np.abs(products)) + 20 * ROUNDOFF * right
     sure = dot - slack > right
@@ -112,6 +122,7 @@ def wrong_sides(plan: Plan, planes: Planes) -> NDArray[np.intp]:
             planes.halfway[trajectory],
             lattice,
             planes.tolerance,
+            planes.units[trajectory] if planes.units else None,
         )
     ]
     return np.array(broken, np.intp).reshape(-1, 2)
@@ -125,8 +136,8 @@ def old_satisfies(old: Plan, start: int, planes: Planes) -> bool:
     """
     lattice = old.lattice
     enough = _enough(lattice, planes.tolerance)
-    # the relative error of `squares` is at most 3u(1+u)², that of `enough` u, that of the product below another u
-    if old.fault is None and (planes.squares >= enough * (1 + 8 * ROUNDOFF)).all():
+    # the relative error of `squares` is at most 3u(1+u)², that of `enough` u, that of the square 4u, two products 2u
+    if old.fault is None and (planes.squares >= enough * planes.per_unit(lattice) ** 2 * (1 + 12 * ROUNDOFF)).all():
         return True
     return broken_constraint(old.shifted(start), old, planes) is None
 
@@ -144,14 +155,15 @@ def right_side(
     halfway: bool,
     lattice: Lattice,
     tolerance: Tolerance = EXACT,
+    unit: Fraction | None = None,
 ) -> bool:
     """Decide one plane of eq. (15) exactly: nᵀΔ ≥ ½(d̂‖n‖ + ‖n‖²) if `halfway`, else nᵀΔ ≥ d̂‖n‖.
 
-    With ε the `tolerance` of such planes: nᵀΔ/‖n‖ may be smaller by ε.
+    With ε the `tolerance` of such planes: nᵀΔ/‖n‖ may be smaller by ε. n and Δ count in `unit` (m), or the lattice's.
     """
     n, delta = [int(x) for x in normal], [int(x) for x in apart]
     dot, square = sum(a * b for a, b in zip(n, delta, strict=True)), sum(a * a for a in n)
     # both sides multiplied so that what is left is x ≥ d̂‖n‖ with an integer x
     left = 2 * dot - square if halfway else dot
     distance = tolerance.asked(lattice.pairs.distance, halfway)
-    return square > 0 and left >= 0 and left * left >= lattice.pairs.square(distance) * square
+    return square > 0 and left >= 0 and left * left >= (distance / (unit or lattice.pairs.unit)) ** 2 * square

@@ -59,15 +59,15 @@ def look(lattice: Lattice, k: int, plans: Sequence[Plan], targets: Floats, plann
     """
     states = np.array([plan.state_at(k) for plan in plans])
     pairs, uavs = lattice.pairs, np.arange(len(plans))
-    ahead = np.array([plan.scaled_from(k) for plan in plans]) * float(pairs.unit)
+    ahead = np.array([plan.scaled_from(k) for plan in plans]) * (float(pairs.unit) if pairs.alike else 1.0)
     positions = states[:, 0] * float(lattice.position_unit)
     distances = np.sqrt(((targets - positions) ** 2).sum(axis=1))
-    ways = turned(ahead - ahead[:, :1], pairs.second(uavs[:, None], uavs[:, None]))
+    ways = turned(ahead - ahead[:, :1], pairs.in_metres(uavs[:, None], uavs[:, None]))
     travels = np.sqrt((ways**2).sum(axis=2)).max(axis=1)
     stands = planned_for & (travels < STILL) & (distances > ARRIVED)
     if stands.any():
         here = ahead[:, 0]
-        between = turned(here[:, None] - here[None], pairs.second(uavs[:, None], uavs[None]))
+        between = turned(here[:, None] - here[None], pairs.in_metres(uavs[:, None], uavs[None]))
         apart = np.sqrt((between**2).sum(axis=2))
         moving_near = (apart < NEIGHBOURHOOD * float(pairs.distance)) & (travels >= STILL)[None]
         stands &= ~moving_near.any(axis=1)

@@ -51,8 +51,10 @@ class Task:
         others = np.array([plan.scaled_from(self.start) for _, plan in plans]).reshape(-1, *mine.shape)
         halfway = np.array([j in self.selected for j, _ in plans], np.bool_)
         owners = tuple(j for j, _ in plans)
-        second = self.own.lattice.pairs.second(self.i, np.array(owners, np.intp)[:, None])
-        return Planes(others, turned(others - mine, second), halfway, owners, self.tolerance, second)
+        pairs = self.own.lattice.pairs
+        second = pairs.second(self.i, np.array(owners, np.intp)[:, None])
+        units = () if second is None else tuple(pairs.unit_of(self.i, j) for j in owners)
+        return Planes(others, turned(others - mine, second), halfway, owners, self.tolerance, second, units)
 
 
 #: m, m/s, m/s², m/s³: far more than the solver's tolerance, far less than anything that matters to a UAV.
@@ -90,7 +92,6 @@ class Model:
     Attributes:
         band: weight of the soft constraint, relative to the largest weight of (13a).
         theta_inverse: Θ⁻¹, where all pairs have the same; `scaled_unit`: the unit of scaled positions, in m.
-        per_entry: what an integer in a matrix of the pairs stands for.
         basis: how the coordinates of one axis change its jerks, shape (H, H − 2).
         to_samples: its positions at samples 1 … h_c, shape (h_c, H − 2).
         to_bounded: its bounded values, shape (4H, H − 2).
@@ -112,8 +113,7 @@ class Model:
         self.weights = weights
         pairs = lattice.pairs
         self.scaled_unit = float(pairs.unit)
-        self.per_entry = float(pairs.unit / lattice.position_unit)
-        self.theta_inverse = pairs.first * self.per_entry
+        self.theta_inverse = pairs.first * float(pairs.unit / lattice.position_unit)
         units = (lattice.position_unit, lattice.velocity_unit, lattice.acceleration_unit, lattice.jerk_unit)
         self.units = np.array([float(unit) for unit in units])
         m, horizon = lattice.steps, lattice.horizon
@@ -155,8 +155,8 @@ class Model:
         rounded = _rounded_off(lattice)
         moved = np.abs(samples @ rounded).sum(axis=1).max()
         # along x, y and z at once, in the scaled distance
-        stretched = np.linalg.norm(lattice.pairs.matrices * self.per_entry, 2, axis=(-2, -1)).max()
-        of_planes = max(SPARE, ROOM * float(moved) * float(stretched) * 3**0.5)
+        stretched = lattice.pairs.stretch / self.units[0]
+        of_planes = max(SPARE, ROOM * float(moved) * stretched * 3**0.5)
         of_kinds = np.abs(bounded @ rounded).sum(axis=1).reshape(4, lattice.horizon).max(axis=1)
         by_kind = np.maximum(SPARE, ROOM * of_kinds)
         given = lattice.parameters

@@ -47,14 +47,19 @@ class Rows:
     def __init__(self, model: Model, task: Task) -> None:
         self.model = model
         self.samples, self.bounded = model.old(task)
-        planes, unit = task.planes, model.scaled_unit
+        planes = task.planes
+        unit = model.scaled_unit if not planes.units else np.array([[float(one)] for one in planes.units])
         size = planes.lengths[:, 1:] * unit
         # a normal of length zero gives a row that nothing satisfies
         n = planes.normals[:, 1:] * (unit / np.maximum(size, unit))[:, :, None]
         halfway, full = asked(model.lattice, planes.tolerance, scaled=False)
         needed = np.where(planes.halfway[:, None], 0.5 * (halfway + size), full)
         # where pairs differ, what is scaled is the difference: its part of the others here, that of the plan in normals
-        self.normals = n @ (model.theta_inverse if planes.second is None else planes.second[:, 0] * model.per_entry)
+        self.normals = n @ (
+            model.theta_inverse
+            if planes.second is None
+            else planes.second[:, 0] * (np.asarray(unit)[:, :, None] / model.units[0])
+        )
         others = turned(planes.others[:, 1:], planes.second)
         self._beyond = np.einsum("nhx,nhx->nh", n, others) * unit - needed
         neighbours = {j: place for place, j in enumerate(task.others)}

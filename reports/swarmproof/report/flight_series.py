@@ -89,9 +89,11 @@ def sampled_separation(log: Log) -> Floats:
     """
     lattice = log.flight.lattice
     pairs = lattice.pairs
-    scaled = log.positions(lattice.steps) @ (pairs.first * float(pairs.unit / lattice.position_unit)).T
+    per_metre = 1 / float(lattice.position_unit)
+    scaled = log.positions(lattice.steps) @ (pairs.first * (float(pairs.unit) * per_metre if pairs.alike else 1)).T
     first, second = np.triu_indices(scaled.shape[1], 1)
-    matrices = pairs.among(scaled.shape[1])
+    in_metres = pairs.in_metres(first, second)
+    matrices = None if in_metres is None else in_metres * per_metre
     at_once = max(1, 2**18 // len(first))
     smallest = [
         np.sqrt((turned(some[:, second] - some[:, first], matrices) ** 2).sum(axis=2).min(axis=1))
@@ -103,7 +105,7 @@ def sampled_separation(log: Log) -> Floats:
 def one_scale(log: Log) -> bool:
     """Return whether what plans keep and what a crash is are scaled alike, so that one axis can have both."""
     kept, crash = log.flight.lattice.pairs, log.flight.lattice.crash
-    return kept.unit == crash.unit and bool((kept.matrices == crash.matrices).all())
+    return kept.units == crash.units and bool((kept.matrices == crash.matrices).all())
 
 
 def pair_distance(log: Log, pair: tuple[int, int], per_round: int, first: int, last: int) -> Floats:
@@ -115,7 +117,7 @@ def pair_distance(log: Log, pair: tuple[int, int], per_round: int, first: int, l
     positions = log.positions(per_round, first, last)
     lattice, crash = log.flight.lattice, log.flight.lattice.crash
     matrix = crash.first if crash.alike else crash.matrices[crash.members[i], crash.members[j]]
-    apart = (positions[:, j] - positions[:, i]) @ (matrix * float(crash.unit / lattice.position_unit)).T
+    apart = (positions[:, j] - positions[:, i]) @ (matrix * float(crash.unit_of(i, j) / lattice.position_unit)).T
     distance: Floats = np.sqrt((apart**2).sum(axis=1))
     return distance
 
