@@ -235,7 +235,7 @@ class Parameters:
             # who bounds the norm only means no other box than the one around that ball
             if changed.get(norm) is not None and getattr(self, box) == getattr(PUBLISHED, box):
                 changed.setdefault(box, _axes(changed[norm]))
-        return replace(self, **changed, given=self.given | changed.keys())
+        return replace(self, **changed, given=self.given.union(changed))
 
     def defaults(self) -> list[str]:
         """Return the names of the published values that stand where none was given and that have a meaning here.
