@@ -12,8 +12,10 @@ from fractions import Fraction
 from math import ceil
 from typing import NamedTuple
 
-from swarmproof.motion.lattice import Bounds, Lattice
-from swarmproof.scenario.definition import BEGINNINGS, Scenario, flying_space
+from swarmproof.motion.lattice import LARGEST, Bounds, Lattice
+from swarmproof.scenario.definition import Scenario, flying_space
+from swarmproof.semantics.switches import BadInput
+from swarmproof.theorem3.numbers import exact_text
 from swarmproof.theorem3.parameters import ClosedBox, Parameters, Vector
 
 #: The origin is a multiple, per axis, of a power of two of metres, at least so many times as long as the space is wide.
@@ -53,16 +55,28 @@ def place(scenario: Scenario) -> Place:
     moved = scenario.moved((-x, -y, -z))
     parameters, horizon = moved.parameters, moved.horizon
     near = _shifted(region, origin)
-    # who may begin too close may also begin closer by what rounding changes
-    starts = moved.starts if moved.begin == BEGINNINGS[0] else ()
     fleet = moved.fleet if moved.kinds else None
     members = (parameters,) if fleet is None else fleet.parameters
     plain = Lattice.finest(parameters, horizon, _around([Bounds.of(one) for one in members]), fleet)
     if plain is not None:
-        return Place(moved, origin, plain.holding(starts), clipped=False)
+        return Place(moved, origin, _for_starts(plain, moved), clipped=False)
     tight = _around([implied(one, horizon) for one in members])
     lattice = Lattice.of(parameters, horizon, tight._replace(space=near), fleet)
-    return Place(moved, origin, lattice.holding(starts), clipped=region != space)
+    return Place(moved, origin, _for_starts(lattice, moved), clipped=region != space)
+
+
+def _for_starts(lattice: Lattice, moved: Scenario) -> Lattice:
+    """Return a lattice like `lattice` for the starts, on which distances are exact with the tracking errors, too."""
+    lattice = lattice.holding(moved.starts)
+    most = max(given.tracking_error for given in moved.fleet.parameters)
+    # half of `largest` bounds references: it counts positions twice, and speeds over the whole horizon
+    room = (LARGEST - lattice.largest() // 2) // lattice.crash.rows * lattice.position_unit
+    if most > room:
+        raise BadInput(
+            f"tracking_error={exact_text(most)} is too large for exact distances in this flight: at most "
+            f"{float(room):.3g} m, such as tracking_error=0.02"
+        )
+    return lattice
 
 
 def implied(parameters: Parameters, horizon: int) -> Bounds:

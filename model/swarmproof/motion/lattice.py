@@ -115,13 +115,13 @@ class Lattice:
     def holding(self, points: Sequence[Point]) -> Lattice:
         """Return a lattice like this one on which the UAVs can hover at `points` (m) as exactly as they must.
 
-        It is this one if the nearest lattice points are d̂_min apart, too. Else it has a unit, about as long, of which
-        all coordinates are multiples: then nothing is rounded.
+        It is this one if UAVs that are d̂_min apart, or d_min as crashes count, are so on the nearest lattice points,
+        too. Else it has a unit, about as long, of which all coordinates are multiples: then nothing is rounded.
 
         Raises:
             BadInput: the coordinates have too many digits for that.
         """
-        if not points or self._are_apart(self.hovers(points)):
+        if all(self._keeps(kept, points) for kept in (self.pairs, self.crash)):
             return self
         digits = lcm(*(x.denominator for point in points for x in point))
         parts = ceil(1 / (digits * self.position_unit))
@@ -132,7 +132,7 @@ class Lattice:
             if lattice.largest() < LARGEST:
                 return lattice
         raise BadInput(
-            "two UAVs start d_hat_min apart, but not once their starts are rounded to units of "
+            "two UAVs start d_hat_min (or d_min) apart, but not once their starts are rounded to units of "
             f"{float(self.position_unit):.1e} m: write the starts with at most 9 decimals, such as 0.25"
         )
 
@@ -140,15 +140,24 @@ class Lattice:
         """Return the lattice points within the flying space nearest to `points` (m), shape (n, 3)."""
         return np.clip(self.positions(points), self.low, self.high)
 
-    def _are_apart(self, positions: Floats) -> bool:
-        """Return whether hovers there are d̂_min apart (scaled), exactly."""
-        one, other = np.triu_indices(len(positions), 1)
-        q = positions @ self.pairs.first.T
-        apart = turned(q[other] - q[one], self.pairs.second(one, other))
+    def _keeps(self, kept: Pairs, points: Sequence[Point]) -> bool:
+        """Return whether any two of `points` (m) that are far enough apart are so as hovers, too, exactly."""
+        hovers = self.hovers(points)
+        one, other = np.triu_indices(len(hovers), 1)
+        q = hovers @ kept.first.T
+        apart = turned(q[other] - q[one], kept.second(one, other))
         return all(
-            sum(int(x) ** 2 for x in difference) * self.pairs.unit_of(i, j) ** 2 >= self.pairs.distance**2
+            sum(int(x) ** 2 for x in difference) >= (needed := (kept.distance / kept.unit_of(i, j)) ** 2)
+            or self._square(kept, points, i, j) < needed
             for i, j, difference in zip(one.tolist(), other.tolist(), apart, strict=True)
         )
+
+    def _square(self, kept: Pairs, points: Sequence[Point], i: int, j: int) -> Fraction:
+        """Return the squared distance of two of `points` (m), scaled, in units of |q|² of theirs; nothing is rounded."""
+        apart = [(b - a) / self.position_unit for a, b in zip(points[i], points[j], strict=True)]
+        rows = kept.matrices[(kept.members[i], kept.members[j]) if kept.members else (0, 0)].tolist()
+        scaled = [sum((int(s) * x for s, x in zip(row, apart, strict=True)), Fraction(0)) for row in rows]
+        return sum((x * x for x in scaled), Fraction(0))
 
     def largest(self) -> int:
         """Return a bound for every coordinate of a scaled position, whatever jerks within U are tried."""

@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.fleet import Fleet
 from swarmproof.theorem3.parameters import Matrix, Parameters
 
@@ -89,7 +90,13 @@ class Pairs:
         for a, b in product(kinds, kinds):
             matrix, kept = of_pair(fleet.pair(a, b))
             factor = lcm(*(entry.denominator for row in matrix for entry in row))
-            matrices[a, b] = [[int(entry * factor) for entry in row] for row in matrix]
+            whole = [[int(entry * factor) for entry in row] for row in matrix]
+            if max(abs(entry) for row in whole for entry in row) >= 2**53:
+                raise BadInput(
+                    "the entries of theta_inverse, or of crash_theta_inverse, have too many digits for exact distances: "
+                    "simpler fractions would do, such as 1/6"
+                )
+            matrices[a, b] = whole
             units[a][b] = position_unit / factor * distance / kept
         return cls(distance, tuple(map(tuple, units)), matrices, fleet.members)
 

@@ -211,12 +211,12 @@ class Scenario:
 
     @property
     def begins_too_close(self) -> str:
-        """Which UAVs start closer than d̂_min, in words; empty if none do (Remark 2)."""
-        square, i, j, d_hat_min = _closest_of(self.starts, self.fleet)
-        if square >= d_hat_min**2:
+        """Which UAVs start closer than their d̂_min, in words; empty if none do (Remark 2)."""
+        square, i, j, needed = _closest_of(self.starts, self.fleet)
+        if square >= needed**2:
             return ""
-        distance = sqrt(square)
-        return f"UAV {i} and UAV {j} start {distance:.6g} m apart, less than d_hat_min={exact_text(d_hat_min)} m"
+        distance = _text(sqrt(square), needed, "less")
+        return f"UAV {i} and UAV {j} start {distance} m apart, less than d_hat_min={exact_text(needed)} m"
 
     @property
     def uavs(self) -> int:
@@ -323,6 +323,11 @@ def flying_space(parameters: Parameters) -> ClosedBox:
         raise BadInput("order must be 3: a flight plans jerks")
     if parameters.T_b != parameters.T_s:
         raise BadInput(f"T_b={exact_text(parameters.T_b)} must equal T_s={exact_text(parameters.T_s)}, one period")
+    if parameters.delay:
+        raise BadInput(
+            f"delay={exact_text(parameters.delay)} says nothing of a flight, in which what arrives is never late: "
+            "leave it out (delay = 0), and ask swarmproof margin --set delay=0.02 what it costs"
+        )
     samples = parameters.T_s / parameters.T_c
     if samples.denominator != 1 or samples > MOST_SAMPLES:
         raise BadInput(

@@ -205,10 +205,12 @@ def _scenario(table: Table, seed: int, changes: Iterable[str]) -> Scenario:
     assignment = word({"assignment": ASSIGNMENTS[0], **own}, "assignment", ASSIGNMENTS)
     listed, redraw = reader.all_targets(changing, starts, assignment)
     jitter = not_negative({"jitter": 0, **own}, "jitter")
+    begin = word({"begin": BEGINNINGS[0], **own}, "begin", BEGINNINGS)
     if jitter:
         # what it moves back into the flying space must have been there before
         check_within("start", "", starts, flying_space(parameters))
-        check_apart("start", "", starts, fleet)
+        if begin == BEGINNINGS[0]:
+            check_apart("start", "", starts, fleet)
     return Scenario(
         name=text(table, "name", MOST_NAME),
         parameters=parameters,
@@ -223,7 +225,7 @@ def _scenario(table: Table, seed: int, changes: Iterable[str]) -> Scenario:
         jitter=jitter,
         assignment=assignment,
         hold=hold,
-        begin=word({"begin": BEGINNINGS[0], **own}, "begin", BEGINNINGS),
+        begin=begin,
         repeat=whole(own, "repeat", 1, MOST_ROUNDS) if "repeat" in own else None,
         kinds=kinds,
     )
