@@ -134,6 +134,7 @@ def test_csv_has_the_rows_of_json(tmp_path: Path) -> None:
         (["--positions", "flight.txt"], "give a file such as flight.csv"),
         (["--positions", "flight.csv", "--loss", "exhaustive:1"], "such as --loss script:"),
         (["--positions", "/proc/none/flight.csv"], "/proc/none"),
+        (["--positions", "flight.json", "--json", "./flight.json"], "one would overwrite the other: give two files"),
     ],
 )
 def test_positions_that_cannot_be_written(

@@ -495,3 +495,14 @@ def test_a_bound_of_the_norm_brings_its_box() -> None:
     assert (both.v_norm, both.v_max) == (Fraction(2), (Fraction(3, 2),) * 3)
     assert Parameters.from_exact(both.as_exact()) == both
     assert "v_norm" not in Parameters().as_exact()
+    # in two steps, as a kind does with what is common to all: a box that was given stays, one that followed follows
+    assert Parameters().with_changes(["v_max=2"]).with_changes(["v_norm=3"]).v_max == (Fraction(2),) * 3
+    assert Parameters().with_changes(["v_norm=1"]).with_changes(["v_norm=3"]).v_max == (Fraction(3),) * 3
+
+
+@pytest.mark.parametrize("text", ["none", "inf", "+inf"])
+def test_a_norm_can_be_without_bound(text: str) -> None:
+    """Where a bound is optional, an infinity means what none means; where it is not, it is no number."""
+    assert Parameters().with_changes(["v_norm=1"]).with_changes([f"v_norm={text}"]).v_norm is None
+    with pytest.raises(BadInput, match="is not a number"):
+        Parameters().with_changes([f"T_c={text}"])

@@ -153,7 +153,7 @@ class Lattice:
         )
 
     def _square(self, kept: Pairs, points: Sequence[Point], i: int, j: int) -> Fraction:
-        """Return the squared distance of two of `points` (m), scaled, in units of |q|² of theirs; nothing is rounded."""
+        """Return the squared distance of two of `points` (m), scaled, in units of their |q|²; nothing is rounded."""
         apart = [(b - a) / self.position_unit for a, b in zip(points[i], points[j], strict=True)]
         rows = kept.matrices[(kept.members[i], kept.members[j]) if kept.members else (0, 0)].tolist()
         scaled = [sum((int(s) * x for s, x in zip(row, apart, strict=True)), Fraction(0)) for row in rows]

@@ -93,8 +93,8 @@ class Pairs:
             whole = [[int(entry * factor) for entry in row] for row in matrix]
             if max(abs(entry) for row in whole for entry in row) >= 2**53:
                 raise BadInput(
-                    "the entries of theta_inverse, or of crash_theta_inverse, have too many digits for exact distances: "
-                    "simpler fractions would do, such as 1/6"
+                    "the entries of theta_inverse, or of crash_theta_inverse, have too many digits for exact "
+                    "distances: simpler fractions would do, such as 1/6"
                 )
             matrices[a, b] = whole
             units[a][b] = position_unit / factor * distance / kept

@@ -165,6 +165,11 @@ def _claim(options: argparse.Namespace) -> Path | None:
         claim_file(Path(options.json))
     if options.positions is not None:
         check_format(Path(options.positions))
+        if options.json is not None and Path(options.json).absolute() == Path(options.positions).absolute():
+            raise BadInput(
+                f"--json and --positions both name {options.json}, so that one would overwrite the other: give two "
+                "files, such as --json flight.json --positions positions.csv"
+            )
         claim_file(Path(options.positions))
     if options.report is None:
         return None

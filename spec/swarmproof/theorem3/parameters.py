@@ -233,9 +233,16 @@ class Parameters:
             changed.setdefault("T_b", changed["T_s"])
         for norm, box in NORMS.items():
             # who bounds the norm only means no other box than the one around that ball
-            if changed.get(norm) is not None and getattr(self, box) == getattr(PUBLISHED, box):
+            if changed.get(norm) is not None and self._has_no_box(norm, box):
                 changed.setdefault(box, _axes(changed[norm]))
         return replace(self, **changed, given=self.given.union(changed))
+
+    def _has_no_box(self, norm: str, box: str) -> bool:
+        """Return whether the bound `box` per axis is nobody's wish: as published, or the one around the norm's ball."""
+        bounds, radius = getattr(self, box), getattr(self, norm)
+        if radius is not None:
+            return bool(bounds == _axes(radius))
+        return box not in self.given and bool(bounds == getattr(PUBLISHED, box))
 
     def defaults(self) -> list[str]:
         """Return the names of the published values that stand where none was given and that have a meaning here.
@@ -310,7 +317,8 @@ def _set_entries(changes: Iterable[str]) -> list[tuple[str, str, object]]:
 
 def _read(name: str, raw: object) -> object:
     """Return `raw` in the shape of parameter `name`; raise :class:`BadInput` if it has no such shape."""
-    if name in _OPTIONAL and (raw is None or (isinstance(raw, str) and raw.strip() == "none")):
+    word = raw.strip() if isinstance(raw, str) else ""
+    if name in _OPTIONAL and (raw is None or word == "none" or (name in NORMS and word in ("inf", "+inf"))):
         return None
     if name == "workspace":
         return _read_box(raw)
