@@ -27,7 +27,7 @@ from swarmproof.planning.problem import Task
 from swarmproof.planning.solvers import Status
 from swarmproof.planning.trigger import Trigger
 from swarmproof.report.flight_page import check_available, flight_page, inlined, write_flight
-from swarmproof.report.flight_paths import PART, WHOLE, shown_rounds
+from swarmproof.report.flight_paths import PART, WHOLE, in_view, shown_rounds
 from swarmproof.report.flight_plots import Picture, first_violations
 from swarmproof.report.flight_separation import down_text, is_enlarged
 from swarmproof.report.flight_series import (
@@ -400,6 +400,18 @@ def test_a_long_flight_shows_rounds_around_the_closest_approach() -> None:
         assert k in shown
         assert 0 <= shown.start <= shown.stop <= 5000
     assert shown_rounds(5000, 1000) == range(1000 - PART // 2, 1000 + PART // 2)
+
+
+def test_a_space_that_is_far_larger_than_the_paths_is_shown_in_part() -> None:
+    """Of an open space, the part around the UAVs is drawn, in which their paths can be seen; of a small one, all."""
+    path = np.array([[500_000, 900_000, 1.5], [500_001, 900_004, 1.5]])
+    small = np.array([[499_990, 899_990, 0], [500_010, 900_010, 3.0]])
+    assert np.array_equal(in_view(small, path), small)
+    for open_space in ([[-3e7, -3e7, 0], [3e7, 3e7, 30]], [[499_999, 899_000, 0], [500_009, 3e7, 30]]):
+        low, high = shown = in_view(np.array(open_space, float), path)
+        assert ((low <= path) & (path <= high)).all()
+        assert ((low >= open_space[0]) & (high <= open_space[1])).all()
+        assert (high - low).max() < 2 * 4, shown
 
 
 def test_a_long_flight_is_small() -> None:

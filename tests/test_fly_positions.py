@@ -148,6 +148,21 @@ def test_positions_that_cannot_be_written(
     assert says in captured.err
 
 
+def test_positions_say_how_each_pair_is_scaled(tmp_path: Path) -> None:
+    """Where UAVs differ, or crashes have an ellipsoid of their own, the file says so: Θ⁻¹ alone would not do."""
+    mixed = tmp_path / "mixed.toml"
+    mixed.write_text(
+        'name = "mixed"\nrounds = 2\n[parameters]\nworkspace = [[-2, 2], [-2, 2], [0, 3]]\ncrash_theta_inverse = 1\n'
+        "[[kinds]]\nuavs = [1]\nd_hat_min = 0.5\n[start]\npositions = [[-1, 0, 1], [1, 0, 1]]\n"
+        "[[targets]]\nround = 0\npositions = [[1, 0, 1], [-1, 0, 1]]\n",
+        encoding="utf-8",
+    )
+    assert main(["fly", str(mixed), "--positions", str(tmp_path / "mixed.json")]) == 0
+    document = json.loads((tmp_path / "mixed.json").read_text(encoding="utf-8"))
+    assert document["crash_theta_inverse"] == [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    assert [(kind["uavs"], kind["parameters"]["d_hat_min"]) for kind in document["kinds"]] == [([1], 0.5)]
+
+
 # The digest
 
 

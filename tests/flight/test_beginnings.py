@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from tests.flight.settings import setting
 
+from swarmproof.assess.exhaustive import Verdict, explore_flights
 from swarmproof.assess.judge import FlightVerdict
 from swarmproof.assess.run import fly
 from swarmproof.channel.grammar import parse
@@ -129,3 +130,11 @@ def test_scalings_of_hundreds_of_digits_are_refused(tmp_path: Path) -> None:
     many = two(tmp_path, ("d_min = 0.1", f"d_min = 0.1\ncrash_theta_inverse = {rows}"))
     with pytest.raises(BadInput, match="or of crash_theta_inverse, have too many digits for exact distances"):
         setting(many).flight()
+
+
+def test_what_recovery_brings_in_is_no_violation_of_lemma_4(tmp_path: Path) -> None:
+    """A swarm that begins too close breaks no lemma when a tracker becomes valid again: (18) said nothing of it."""
+    close = two(tmp_path, ("[0.4, 0, 1]]", "[0.2, 0, 1]]"), changes=("begin=anyhow",))
+    found = explore_flights(setting(close), 2, lambda *_: None)
+    assert Verdict.VIOLATED not in {decided.verdict for decided in found.claims}
+    assert {decided.verdict for decided in found.claims if decided.claim.id == "lemma-4"} == {Verdict.NOT_APPLICABLE}

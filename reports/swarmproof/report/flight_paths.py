@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 WHOLE, PART = 600, 200
 #: If the targets change more often than this, only the last ones are drawn.
 MOST_TARGETS = 6
+#: A flying space so many times as long, along some axis, as what is drawn is shown in part only.
+LARGE = 20
 _SHADOW = "#C8C8C8"
 #: Paths without colours are one line, drawn as pixels: as corners they would take too much room.
 _OTHERS: dict[str, Any] = {"color": "#DDDDDD", "lw": 0.4, "rasterized": True, "zorder": 0}
@@ -40,7 +42,8 @@ class Scene:
         targets: at the end of `rounds`, shape (N, 3).
         earlier: those before, each of the same shape, unless they are too many.
         closest: the places of the two UAVs at their closest approach, shape (2, 3).
-        space: low and high of the flying space, shape (2, 3).
+        space: low and high of the flying space, shape (2, 3); of a much larger one, the part around the UAVs.
+        is_whole: whether it is the whole flying space.
     """
 
     rounds: range
@@ -50,6 +53,7 @@ class Scene:
     earlier: Sequence[Floats]
     closest: Floats
     space: Floats
+    is_whole: bool = True
 
     @classmethod
     def of(cls, flown: Flown, log: Log) -> Scene:
@@ -61,15 +65,14 @@ class Scene:
         # the targets that the coloured paths begin with, and later ones
         changes = changes[max(0, sum(k <= rounds.start for k in changes) - 1) :]
         targets = [np.array(scenario.targets_at(k), float) for k in changes]
-        return cls(
-            rounds,
-            log.positions(steps, rounds.start, rounds.stop),
-            log.positions(steps) if len(rounds) < len(log.rounds) else None,
-            targets[-1],
-            targets[:-1] if len(targets) <= MOST_TARGETS else [],
-            log.at(time)[list(pair)],
-            np.array(flying_space(scenario.parameters), float).T,
-        )
+        positions = log.positions(steps, rounds.start, rounds.stop)
+        others = log.positions(steps) if len(rounds) < len(log.rounds) else None
+        earlier = targets[:-1] if len(targets) <= MOST_TARGETS else []
+        whole = np.array(flying_space(scenario.parameters), float).T
+        everywhere = [positions if others is None else others, targets[-1], *earlier]
+        space = in_view(whole, np.concatenate([points.reshape(-1, 3) for points in everywhere]))
+        is_whole = bool((space == whole).all())
+        return cls(rounds, positions, others, targets[-1], earlier, log.at(time)[list(pair)], space, is_whole)
 
     @property
     def colours(self) -> list[Any]:
@@ -78,6 +81,17 @@ class Scene:
 
         twenty = colormaps["tab20"].resampled(20)
         return [twenty((2 * i) % 20 + (i // 10) % 2) for i in range(len(self.targets))]
+
+
+def in_view(space: Floats, points: Floats) -> Floats:
+    """Return the part of a flying space, low and high (2, 3), that shows `points` (m), shape (n, 3).
+
+    That is all of it unless it is so large, or open, that nothing could be made out.
+    """
+    low, high = points.min(axis=0), points.max(axis=0)
+    extent = max(float((high - low).max()), 1.0)
+    part = np.stack([np.maximum(space[0], low - extent / 10), np.minimum(space[1], high + extent / 10)])
+    return part if (space[1] - space[0] > LARGE * extent).any() else space
 
 
 def shown_rounds(rounds: int, k: int) -> range:
@@ -137,7 +151,8 @@ def _draw_from_above(axes: Axes, scene: Scene) -> None:
     """Draw x and y of the same."""
     (x0, y0, _), (x1, y1, _) = scene.space
     axes.set_aspect("equal")
-    axes.plot([x0, x1, x1, x0, x0], [y0, y0, y1, y1, y0], color=GREY, lw=1)
+    if scene.is_whole:
+        axes.plot([x0, x1, x1, x0, x0], [y0, y0, y1, y1, y0], color=GREY, lw=1)
     if scene.others is not None:
         axes.plot(*_one_line(scene.others)[:2], **_OTHERS)
     paths = scene.positions.transpose(1, 2, 0)

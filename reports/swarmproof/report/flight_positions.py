@@ -10,6 +10,7 @@ from typing import Any
 
 from swarmproof.assess.positions import PlanRow, Positions
 from swarmproof.assess.run import Setting
+from swarmproof.report.flight_bounds import bounds_document
 from swarmproof.scenario.digest import digest
 from swarmproof.semantics.switches import BadInput
 
@@ -59,6 +60,9 @@ def as_json(setting: Setting, positions: Positions) -> str:
         "T_s": parameters["T_s"],
         "horizon": scenario.horizon,
         "theta_inverse": parameters["theta_inverse"],
+        # what a distance is scaled with otherwise: only where somebody gave it
+        **{name: parameters[name] for name in ("crash_theta_inverse",) if name in parameters},
+        **bounds_document(scenario),
         "columns": list(COLUMNS),
         "plans": [_plan(plan, float(scenario.parameters.T_s)) for plan in positions.plans()],
         "rows": list(_rows(positions)),

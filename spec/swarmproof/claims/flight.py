@@ -328,11 +328,13 @@ FLIGHT_CLAIMS: tuple[FlightClaim, ...] = (
         "For two UAVs that were not planned in round k, separation of the entries of D(k) gives separation of those of "
         "D(k+1).",
         "Lemma 4, eqs. (18) and (19)",
-        "Eq. (18). The conclusion is read at the samples of eq. (21), one round later than those of (18).",
+        _START + " Eq. (18). The conclusion is read at the samples of eq. (21), one round later than those of (18).",
         in_round=lemma_4,
         approach=attrgetter("none_new_after"),
         about=lambda seen: seen.none_new_after is not None and not _apart(seen.none_new_before, seen.d_hat_min),
         nothing="in no round was eq. (18) true and had two UAVs without new trajectories valid trackers after it",
+        # a tracker that becomes valid again brings in what the UAV follows, of which (18) said nothing
+        from_start=True,
     ),
     FlightClaim(
         "theorem-2",
