@@ -22,7 +22,7 @@ from tests.flight.settings import flown, setting
 from tests.points import at, points
 
 from swarmproof.assess import separation
-from swarmproof.assess.between import Closest, closest
+from swarmproof.assess.between import Closest, Scales, closest
 from swarmproof.assess.judge import Flown
 from swarmproof.assess.run import Setting, fly
 from swarmproof.channel.grammar import parse
@@ -443,10 +443,11 @@ class Interrupting:
 
 
 def test_an_interrupted_flight_is_judged_as_far_as_it_went() -> None:
-    """Interrupted in round 7, a flight has 7 rounds, and is judged as if no more had been asked for."""
+    """Interrupted in round 7, a flight says so, has 7 rounds, and is judged as if no more had been asked for."""
     what = setting("crossing", 2)
     result, _ = fly(what, Interrupting(7), 60)
-    assert_same(result, record(what, "none", 7).flown)
+    assert result.stopped == "interrupted after 7 of 60 rounds"
+    assert_same(replace(result, stopped=None), record(what, "none", 7).flown)
     with pytest.raises(KeyboardInterrupt):
         fly(what, Interrupting(0), 60)
 
@@ -457,11 +458,11 @@ def test_an_interruption_loses_no_distance(monkeypatch: pytest.MonkeyPatch) -> N
     whole = record(what, "none", separation.CHUNK).flown
     pressed: list[bool] = []
 
-    def interrupted(pieces: Floats) -> Closest:
+    def interrupted(pieces: Floats, second: Scales | None) -> Closest:
         if not pressed:
             pressed.append(True)
             raise KeyboardInterrupt
-        return closest(pieces)
+        return closest(pieces, second)
 
     monkeypatch.setattr(separation, "closest", interrupted)
     result, _ = fly(what, parse("none", 2, 2, 0), 2 * separation.CHUNK)
