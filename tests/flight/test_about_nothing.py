@@ -134,3 +134,22 @@ def test_a_search_without_a_pattern_says_so(capsys: pytest.CaptureFixture[str]) 
     main(["fly", "crossing", "--loss", "adversary:1", "--rounds", "5"])
     said = " ".join(capsys.readouterr().out.split())
     assert "no pattern was found that brings UAVs closer, which says nothing of those not tried" in said
+
+
+@pytest.mark.parametrize("change", ["v_max=0", "a_max=0", "j_norm=0", "horizon=2"])
+def test_a_swarm_that_cannot_move_is_not_called_safe(change: str) -> None:
+    """Where no plan can move, all UAVs hover where they started: separation is about nothing, and nobody arrives."""
+    what = Setting.parse("crossing", 2, "HT", "guarded", [change], 0)
+    verdicts = {judged.claim.id: judged.verdict for judged in flown(what, "none", 60)}
+    assert {verdicts[name] for name in ("theorem-2", "eq-2")} == {FlightVerdict.NOT_APPLICABLE}
+    assert verdicts["arrives"] is not FlightVerdict.NOT_VIOLATED
+
+
+def test_every_pattern_is_flown_in_the_space_that_it_needs() -> None:
+    """More rounds of losses than the scenario has do not shrink an open space to what its own rounds would reach."""
+    open_space = "workspace=-inf,inf,-inf,inf,-inf,inf"
+    short, long = (Setting.parse("crossing", 1, "HT", "guarded", [open_space], 0, rounds=rounds) for rounds in (1, 3))
+    found = [explore_flights(what, 3, lambda *_: None) for what in (short, long)]
+    assert found[0].continuous_lower == found[1].continuous_lower
+    assert [claim.verdict for claim in found[0].claims] == [claim.verdict for claim in found[1].claims]
+    assert found[0].qps == found[1].qps

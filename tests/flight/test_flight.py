@@ -22,7 +22,7 @@ from tests.flight.settings import flown, setting
 from tests.points import at, points
 
 from swarmproof.assess import separation
-from swarmproof.assess.between import Closest, Scales, closest
+from swarmproof.assess.between import Closest, closest
 from swarmproof.assess.judge import Flown
 from swarmproof.assess.run import Setting, fly
 from swarmproof.channel.grammar import parse
@@ -34,6 +34,7 @@ from swarmproof.mlr.algorithm1 import CuState
 from swarmproof.mlr.event_trigger import NO_OPINION
 from swarmproof.mlr.messages import HOVERING, EmptyMessage, Metadata
 from swarmproof.motion.lattice import Floats, Lattice
+from swarmproof.motion.pairs import Scales
 from swarmproof.planning.detour import Detour
 from swarmproof.planning.plan import Plan
 from swarmproof.planning.planner import Planned

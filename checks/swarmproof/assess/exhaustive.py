@@ -155,7 +155,10 @@ class _Reached:
 
 
 class _Search:
-    def __init__(self, setting: Setting, limits: Limits) -> None:
+    def __init__(self, setting: Setting, rounds: int, limits: Limits) -> None:
+        # a large flying space is clipped to what can be reached in the scenario's rounds
+        longest = max(rounds, setting.scenario.rounds)
+        setting = replace(setting, scenario=replace(setting.scenario, rounds=longest))
         self._limits = limits
         self._begin = time.perf_counter()
         uavs, cus = setting.scenario.uavs, setting.cus
@@ -169,12 +172,16 @@ class _Search:
         self._flight = setting.flight(self._planner)
         self._lattice = self._flight.lattice
         self._protocol = [c for c in CLAIMS if c.kind is Kind.SAFETY and c.applies_to(setting.semantics)]
+        flights = [claim for claim in FLIGHT_CLAIMS if claim.id not in ("arrives", "eq-2-actual")]
+        self._asked: list[Claim | FlightClaim] = [*self._protocol, *flights]
         self._broken: dict[str, tuple[_Reached, Broken, Approach | Dip | None]] = {}
         self._sampled, self._tracked = Smallest(), Smallest()
         self._instances = Instances(self._protocol, setting.scenario.begins_too_close)
         #: the closest approach of references that is too close to d_min to tell, and in how many swarms some moved
         self._close: Dip | None = None
         self._underway = 0
+        #: the claims of which complete rounds had an instance
+        self._complete: set[str] = set()
         self.found = Exhaustive()
 
     def run(self, rounds: int, tell: Callable[[int, int, int], None]) -> Exhaustive:
@@ -190,6 +197,8 @@ class _Search:
                 self.found.begun = None
                 self.found.patterns.append(sum(reached.patterns for reached in level.values()))
                 self.found.swarms.append(len(level))
+                whole = self._whole()
+                self._complete.update(claim.id for claim in self._asked if self._instances.number(claim, whole))
         except KeyboardInterrupt:
             self.found.stopped = "interrupted"
         except _Stopped as stopped:
@@ -293,8 +302,7 @@ class _Search:
         found.seconds, found.asked, found.qps = seconds, self._planner.asked, self._planner.counts
         found.sampled = None if self._sampled.square is None else self._sampled.distance()
         found.tracked = None if self._tracked.square is None else self._tracked.distance()
-        asked: list[Claim | FlightClaim] = [*self._protocol, *FLIGHT_CLAIMS]
-        found.claims = tuple(self._decided(claim) for claim in asked if claim.id not in ("arrives", "eq-2-actual"))
+        found.claims = tuple(self._decided(claim) for claim in self._asked)
         return found
 
     def _decided(self, claim: Claim | FlightClaim) -> Decided:
@@ -321,7 +329,7 @@ class _Search:
         if self.found.stopped is not None:
             complete = len(self.found.patterns)
             until = "round" if complete == 1 else f"{complete} rounds"
-            holds = f"; holds for the first {until}" if complete and instances else ""
+            holds = f"; holds for the first {until}" if claim.id in self._complete else ""
             return Decided(claim, Verdict.UNDECIDED, self.found.stopped + holds, instances=instances)
         if why := self._instances.not_about(claim, whole):
             return Decided(claim, Verdict.NOT_APPLICABLE, why, instances=instances)
@@ -353,7 +361,7 @@ def explore_flights(
     Raises:
         BadInput: the swarm is too large.
     """
-    return _Search(setting, limits).run(rounds, tell)
+    return _Search(setting, rounds, limits).run(rounds, tell)
 
 
 def parse_rounds(text: str) -> int:

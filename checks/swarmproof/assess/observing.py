@@ -78,8 +78,8 @@ def observe_round(lattice: Lattice, before: View, flown: Round) -> tuple[Observe
 
 
 def underway(state: FlightState) -> int:
-    """Return how many UAVs follow a trajectory that was planned; the others hover at their starts."""
-    return sum(uav.followed.metadata.round >= 0 for uav in state.swarm.uavs)
+    """Return how many UAVs follow a trajectory that moves; the others hover."""
+    return sum(state.followed(i).moves for i in range(len(state.swarm.uavs)))
 
 
 def _both_new(candidates: Candidates | None, flown: Round, new: Mapping[Name, Plan]) -> Approach | None:

@@ -28,12 +28,15 @@ from swarmproof.scenario.definition import flying_space
 from swarmproof.scenario.points import Point
 from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.fleet import Fleet
+from swarmproof.theorem3.numbers import exact_text
 from swarmproof.theorem3.parameters import NORMS, ClosedBox, Parameters, Vector
 
 #: Every integer that occurs is smaller than this; float64 would be exact up to 2⁵³.
 LARGEST = 2**50
 #: The jerk unit is 2⁻ⁿ m/s³ with the largest n in this range for which :data:`LARGEST` is respected.
 FINEST, COARSEST = 26, 12
+#: Distances are many times as long as the unit of positions.
+COARSE = 10**4
 
 
 class Bounds(NamedTuple):
@@ -131,6 +134,11 @@ class Lattice:
             lattice = replace(self, jerk_unit=jerk_unit)
             if lattice.largest() < LARGEST:
                 return lattice
+        if COARSE * self.position_unit > min(self.pairs.distance, self.crash.distance):
+            raise BadInput(
+                f"T_c={exact_text(self.parameters.T_c)} is too long for distances such as d_hat_min="
+                f"{exact_text(self.pairs.distance)}: positions would be rounded to {float(self.position_unit):.1e} m"
+            )
         raise BadInput(
             "two UAVs start d_hat_min (or d_min) apart, but not once their starts are rounded to units of "
             f"{float(self.position_unit):.1e} m: write the starts with at most 9 decimals, such as 0.25"

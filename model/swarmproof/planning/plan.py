@@ -133,6 +133,11 @@ class Plan:
         }
 
     @cached_property
+    def moves(self) -> bool:
+        """Whether the trajectory is anything but a hover."""
+        return bool(self.state[1:].any() or self.jerks.any())
+
+    @cached_property
     def digest(self) -> bytes:
         """Identifies the trajectory by its numbers: equal for equal start, state and jerks."""
         content = b"".join((self.start.to_bytes(8, "big"), self.state.tobytes(), self.jerks.tobytes()))

@@ -71,7 +71,7 @@ class ObservedRound:
         none_new_before: of D_i(k) and D_j(k), neither UAV planned in this round (eq. 18).
         none_new_after: of D_i(k + 1) and D_j(k + 1), neither UAV planned in this round (eq. 19).
         flown: of the references that the UAVs follow in this round, at its samples (eq. 23).
-        underway: how many UAVs follow a trajectory that was planned; the others hover at their starts.
+        underway: how many UAVs follow a trajectory that moves; the others hover.
     """
 
     k: int
@@ -115,7 +115,7 @@ class ObservedFlight:
         adopted: trajectories that UAVs adopted since the targets changed last, per UAV.
         patience: after how many of them the UAVs should have arrived.
         late: the UAVs that were not at their targets at the end.
-        underway: in how many rounds some UAV followed a trajectory that was planned.
+        underway: in how many rounds some UAV followed a trajectory that moves.
     """
 
     d_min: Fraction
@@ -276,7 +276,7 @@ def _one_if(approach: ApproachOf) -> Callable[[ObservedRound], int]:
     return lambda seen: approach(seen) is not None
 
 
-_NOBODY_LEFT = "no UAV followed a planned trajectory: all hovered where they started"
+_NOBODY_LEFT = "no UAV followed a trajectory that moves: all hovered where they started"
 _START = "All UAVs hover at the start, d̂_min apart (Remark 2); any messages may be lost."
 
 FLIGHT_CLAIMS: tuple[FlightClaim, ...] = (

@@ -32,7 +32,7 @@ BOUND = Magnitude(Fraction(1, 10**9), Fraction(10**9), "a bound is 0, or between
 COORDINATE = Magnitude(Fraction(0), Fraction(10**7), "a coordinate is between -1e7 and 1e7 m")
 #: An entry of a matrix, a weight or a probability.
 ENTRY = Magnitude(Fraction(0), Fraction(10**6), "a value is between -1e6 and 1e6")
-#: m; a side of a flying space that is so far away is no limit.
+#: m, or m/s and so on: a side of a flying space that is so far away, or a bound of a norm so large, is no limit.
 NO_LIMIT = Fraction(10**9)
 #: How long the text of one number, a ``--set`` and a parameter file may be: exact arithmetic pays for every digit.
 MOST_DIGITS = 100

@@ -18,6 +18,7 @@ from swarmproof.theorem3.numbers import (
     BOUND,
     ENTRY,
     MOST_TEXT,
+    NO_LIMIT,
     QUANTITY,
     Magnitude,
     exact_text,
@@ -343,6 +344,8 @@ def _read(name: str, raw: object) -> object:
     if pattern != "1":
         example = _compact(name, getattr(PUBLISHED, name) or Fraction(1))
         raise BadInput(f"{name} takes one number, such as {example}{_per_uav(name, pattern)}")
+    if name in NORMS and numbers[0] >= NO_LIMIT:
+        return None
     return int(numbers[0]) if name == "order" and numbers[0].denominator == 1 else numbers[0]
 
 
