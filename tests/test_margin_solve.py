@@ -171,7 +171,7 @@ def test_what_a_reading_does_not_take_is_bad_input(name: str) -> None:
     """A T_b that does not divide T_s is bad input before anything is tried, and so is an unknown name."""
     with pytest.raises(BadInput, match="reading as-sampled needs T_s to be a whole multiple of T_b"):
         solve_for(name, Parameters().with_changes(["T_b=0.15"]), Reading.AS_SAMPLED)
-    with pytest.raises(BadInput, match="--solve-for takes one of T_c, v_max, d_hat_min, not 'j_max'"):
+    with pytest.raises(BadInput, match="--solve-for takes one of T_c, v_max, v_norm, d_hat_min, not 'j_max'"):
         solve_for("j_max", GIVEN, Reading.AS_SAMPLED)
 
 
