@@ -106,11 +106,12 @@ def test_a_delay_and_a_crash_are_told_and_written(tmp_path: Path, capsys: pytest
     code, printed = _run(capsys, *words, "--set", "delay=0.01", "--set", "crash_theta_inverse=1,1,0.1")
     found = json.loads(document.read_text())
     assert code in (0, 3)
-    assert "σ·(d̂_min − (Δd_min,cont + delay)) ≥ d_min + 2‖C‖₂·Δd_min" in printed
+    assert "σ·√((d̂_min − Δd_min,cont)² − delay·(2d̂_min − delay)) ≥ d_min + 2‖C‖₂·Δd_min" in printed
     assert found["crash"]["lower"] <= 0.6 <= found["crash"]["upper"]
     # at 2 m/s per axis for 0.01 s, height counting 1/6
     assert found["delay"]["lower"] == pytest.approx(0.02 * (2 + 1 / 36) ** 0.5)
-    kept = 0.6 * (0.25 - found["dip"]["upper"] - found["delay"]["upper"])
+    late = found["delay"]["upper"]
+    kept = 0.6 * ((0.25 - found["dip"]["upper"]) ** 2 - late * (0.5 - late)) ** 0.5
     assert found["theorem_3"]["guaranteed_separation"] == pytest.approx(kept)
 
 
@@ -130,3 +131,17 @@ def test_the_largest_norm_of_the_speed_is_found(capsys: pytest.CaptureFixture[st
     value = re.search(r"largest v_norm with the corrected \(26\) certified: ([0-9.]+)", printed)
     assert value is not None
     assert 1.5 * (1 - 2e-4) <= float(value[1]) <= 1.5
+
+
+def test_a_kind_with_a_norm_of_its_own_is_not_kept_in_the_box_of_another(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A box that nobody gave follows the norm of the kind: the fast ones fly 2 m/s along an axis, not 0.5."""
+    path, document = tmp_path / "kinds.toml", tmp_path / "kinds.json"
+    lines = ["order = 2", "T_c = 0.05", "v_norm = 0.5", "a_norm = 1", "theta_inverse = 1", "[[kinds]]", 'name = "slow"']
+    path.write_text("\n".join([*lines, "[[kinds]]", 'name = "fast"', "v_norm = 2", ""]))
+    _run(capsys, str(path), "--reading", "whole-motion", "--json", str(document))
+    pairs = {tuple(pair["kinds"]): pair for pair in json.loads(document.read_text())["pairs"]}
+    assert pairs["fast", "fast"]["parameters"]["v_max"] == [2.0] * 3
+    # head on, in a straight line, by hand: 0.25 - sqrt(0.25² - 0.1²)
+    assert pairs["fast", "fast"]["dip"]["upper"] > 0.0208

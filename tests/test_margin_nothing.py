@@ -10,6 +10,9 @@ from typing import Any
 import pytest
 
 from swarmproof.cli import main
+from swarmproof.margin.problem import Problem
+from swarmproof.margin.solve import decide, solve_for
+from swarmproof.theorem3.inequality import Truth
 from swarmproof.theorem3.nothing import about_nothing
 from swarmproof.theorem3.parameters import NAMES, Parameters, Reading
 
@@ -189,3 +192,14 @@ def test_mistyped_toml_is_told_by_its_line(text: str, tmp_path: Path, capsys: py
     said = capsys.readouterr().err
     assert "is not TOML" in said
     assert "line " in said or "end of document" in said
+
+
+@pytest.mark.parametrize("name", ["T_c", "d_hat_min"])
+def test_nothing_is_certified_of_uavs_that_cannot_move(name: str) -> None:
+    """The largest T_c of a swarm that stands still is no success."""
+    still = Parameters().with_changes(["v_max=0"])
+    for reading in Reading:
+        if about_nothing(still, reading):
+            found = solve_for(name, still, reading)
+            assert (found.certified, found.refuted, found.margin) == (None, None, None)
+            assert decide(Problem(still, reading)) == (Truth.UNDECIDED, None)

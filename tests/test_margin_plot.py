@@ -19,8 +19,9 @@ from swarmproof.margin.witness import Witness
 from swarmproof.motion.integrator import AxisMotion
 from swarmproof.report.margin_plot import check_path, distance_curve, plot_margin, plot_sweep, scaled_paths
 from swarmproof.report.margin_sweep import sweep_curves, sweep_x
-from swarmproof.report.plot_style import decimal_text, interval_text, length_text, limit
+from swarmproof.report.plot_style import decimal_text, interval_text, length_text, limit, verdict
 from swarmproof.semantics.switches import BadInput
+from swarmproof.theorem3.inequality import Truth
 from swarmproof.theorem3.parameters import Parameters, Reading
 
 SUFFIXES = [".svg", ".png", ".pdf"]
@@ -198,6 +199,17 @@ def test_the_same_sweep_is_the_same_file(tmp_path: Path) -> None:
 def test_the_limit_counts_both_tracking_errors_scaled() -> None:
     """The corrected (26) holds up to d̂_min − d_min − 2‖Θ⁻¹‖Δd_min."""
     assert limit(made("theta_inverse=2,1,1", "tracking_error=0.01")) == pytest.approx(0.25 - 0.12 - 2 * 2 * 0.01)
+
+
+def test_plots_pay_the_delay_and_say_nothing_of_nothing() -> None:
+    """A marker is filled by the same verdict as the table's, and limits are those of the dip alone."""
+    late = replace(made("delay=0.02", "d_min=0.2", reading=Reading.WHOLE_MOTION), flown=(Fraction("0.05"),) * 2)
+    assert verdict(late) is late.truths[1] is Truth.UNDECIDED
+    assert limit(late) == 0
+    assert verdict(made("d_min=0.2")) is Truth.HOLDS
+    assert verdict(made("v_max=0", "d_min=0.2", reading=Reading.WHOLE_MOTION)) is Truth.UNDECIDED
+    shrunk = made("crash_theta_inverse=1,1,0.1", "d_min=0.12")
+    assert limit(shrunk) == pytest.approx(0.25 - 0.12 / 0.6)
 
 
 def test_numbers_are_rounded_to_the_safe_side() -> None:

@@ -15,7 +15,7 @@ from swarmproof.margin.bounds import margin
 from swarmproof.margin.mixed import of_a_pair
 from swarmproof.margin.problem import Problem
 from swarmproof.theorem3 import inequality
-from swarmproof.theorem3.delay import displacement
+from swarmproof.theorem3.delay import displacement, largest_dip, lost
 from swarmproof.theorem3.fleet import pairs, read_kinds
 from swarmproof.theorem3.inequality import (
     Truth,
@@ -131,6 +131,56 @@ def test_the_corrected_inequality_pays_the_delay() -> None:
     assert [one.truths[1] for one in found] == [Truth.HOLDS, Truth.HOLDS, Truth.FAILS]
     assert [one.flown for one in found[1:]] == [(Fraction(9, 100),) * 2, (Fraction(11, 100),) * 2]
     assert found[1].loss == (found[1].lower + Fraction(9, 100), found[1].upper + Fraction(9, 100))
+
+
+def _way(time: Fraction) -> Fraction:
+    """Return how far a UAV has flown in a period of 0.2 s: 0.5 m/s at both ends, jerk -50 m/s³ in between, m."""
+    return time / 2 + Fraction(5, 2) * time**2 - Fraction(25, 3) * time**3
+
+
+def test_a_delay_lets_a_window_see_more_of_an_overshoot_than_a_period_has() -> None:
+    """As-sampled, a UAV a moment ago is on no common clock: two that meet are d̂_min apart by the planner's word."""
+    delay, early, late = Fraction(1, 1000), Fraction(1, 10), Fraction(1, 5)
+    some = _given(
+        "v_max=0.5,0,0",
+        "a_max=5,0,0",
+        "j_max=50,0,0",
+        "theta_inverse=1",
+        "d_hat_min=0.06679",
+        "delay=0.001",
+        "d_min=0.002",
+    )
+    # towards each other along x: at both samples the planner sees them d̂_min apart, and they swap sides in between
+    known = (_way(late) - _way(early) + _way(late - delay) - _way(early - delay)) / 2
+    assert known >= some.d_hat_min
+    apart = [_way(t) - _way(early) + _way(t) - _way(early - delay) - known for t in (early, late)]
+    assert apart[0] < 0 < apart[1]
+    (low, high), flown = (Fraction("0.062732949"), Fraction("0.06340085")), displacement(some, Reading.AS_SAMPLED)
+    # what the certificate of this pair says; the sum of both is less than d̂_min − d_min
+    assert high + flown[1] < some.d_hat_min - some.d_min
+    assert lost(some, Reading.AS_SAMPLED, high, flown[1])[1] >= some.d_hat_min
+    loss = lost(some, Reading.AS_SAMPLED, low, flown[0])[0], lost(some, Reading.AS_SAMPLED, high, flown[1])[1]
+    assert corrected(some, *loss) is not Truth.HOLDS
+    # where motions can be shifted, nothing but the sum is paid
+    assert lost(some, Reading.WHOLE_MOTION, high, flown[1]) == (high + flown[1], high + flown[1])
+    whole = replace(some, delay=some.T_s)
+    assert lost(whole, Reading.AS_SAMPLED, high, flown[1]) == (high + flown[1], high + flown[1])
+
+
+@given(st.integers(0, 99), st.integers(0, 120), st.integers(1, 99))
+@examples
+def test_references_that_start_nearer_dip_deeper_and_both_directions_agree(dip: int, flown: int, asked: int) -> None:
+    """What is left is the dip of a pair that starts D nearer, at constant velocity; the inverse never promises more."""
+    some, reading = _given("d_hat_min=1", "delay=0.01"), Reading.AS_SAMPLED
+    low, high = lost(some, reading, Fraction(dip, 100), Fraction(flown, 100))
+    assert Fraction(dip + flown, 100) <= high
+    assert low <= high
+    half = 1 - (1 - dip / 100) ** 2
+    left = (1 - flown / 100) ** 2 - half if flown < 100 else 0.0
+    assert float(high) >= 1 - max(left, 0.0) ** 0.5 - 1e-9
+    most = largest_dip(some, reading, Fraction(asked, 100), Fraction(flown, 100))
+    if most >= 0:
+        assert lost(some, reading, most, Fraction(flown, 100))[1] <= Fraction(asked, 100) + Fraction(1, 10**9)
 
 
 # ---- a crash's own ellipsoid

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from swarmproof.margin.solve import changed
 from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.numbers import exact_text, read_number
 from swarmproof.theorem3.parameters import (
@@ -506,3 +507,27 @@ def test_a_norm_can_be_without_bound(text: str) -> None:
     assert Parameters().with_changes(["v_norm=1"]).with_changes([f"v_norm={text}"]).v_norm is None
     with pytest.raises(BadInput, match="is not a number"):
         Parameters().with_changes([f"T_c={text}"])
+
+
+def test_a_box_that_nobody_gave_follows_the_norm_however_often_it_is_changed() -> None:
+    """In a sweep, in a kind and in a search for the largest norm, no old box hides what the norm allows."""
+    some = Parameters().with_changes(["v_norm=0.5"])
+    assert some.v_max == (Fraction(1, 2),) * 3
+    assert some.with_changes(["v_norm=3"]).v_max == (Fraction(3),) * 3
+    assert some.with_table("a kind", {"v_norm": "3"}).v_max == (Fraction(3),) * 3
+    assert changed(some, "v_norm", Fraction(3)).v_max == (Fraction(3),) * 3
+    assert some.with_changes(["v_norm=none"]).v_max == Parameters().v_max
+    own = Parameters().with_changes(["v_max=2", "v_norm=2"])
+    assert own.with_changes(["v_norm=3"]).v_max == (Fraction(2),) * 3
+    assert changed(own, "v_norm", Fraction(3)).v_max == (Fraction(2),) * 3
+    assert "v_max" not in some.defaults()
+    assert "v_max" in some.with_changes(["v_norm=none"]).defaults()
+
+
+@pytest.mark.parametrize("changes", [["v_norm=3"], ["v_norm=3", "v_max=2"], ["v_norm=2", "v_max=2"], ["a_norm=5"]])
+def test_what_is_written_of_a_norm_makes_the_same_parameters(changes: list[str]) -> None:
+    """A box as published beside a norm is written down: without it, it would follow the norm."""
+    some = Parameters().with_changes(changes)
+    assert Parameters().with_changes(some.differences()) == some
+    other = Parameters().with_changes(["v_norm=1", "T_c=0.05"])
+    assert other.with_changes(some.differences(other)) == some

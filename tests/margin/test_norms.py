@@ -17,7 +17,7 @@ from swarmproof.margin.check import Rejected, check
 from swarmproof.margin.polygon import Outline, clip
 from swarmproof.margin.problem import AxisBounds, Floats, Problem
 from swarmproof.theorem3.inequality import Truth
-from swarmproof.theorem3.parameters import Reading
+from swarmproof.theorem3.parameters import Parameters, Reading
 
 READINGS = (AS_SAMPLED, WHOLE_MOTION, INITIAL_STATE)
 #: Aircraft, straight flight: 5 NM apart at each look, one look every 50 s, 150 m/s in any direction.
@@ -233,3 +233,11 @@ def test_an_open_side_is_no_limit_and_the_others_are_kept() -> None:
     assert found.witness is not None
     for uav in (found.witness.uav_i, found.witness.uav_j):
         assert all(Fraction("-0.5") <= uav[2].position(time) <= 7 for time in (Fraction(0), Fraction("0.1")))
+
+
+def test_a_norm_of_zero_is_a_bound_like_others() -> None:
+    """Nobody moves: the search has nothing to climb on, and the proof is that of no dip."""
+    for reading in (Reading.WHOLE_MOTION, Reading.AS_SAMPLED):
+        still = margin(Problem(Parameters().with_changes(["v_norm=0", "order=2"]), reading))
+        assert still.lower == 0
+        assert still.upper < still.problem.parameters.d_hat_min / 100

@@ -16,7 +16,7 @@ from swarmproof.margin.norms import BallProver
 from swarmproof.margin.problem import Problem
 from swarmproof.margin.prove import Blocked, Budget, Cell, WindowProver
 from swarmproof.margin.witness import Witness, exact_witness
-from swarmproof.theorem3.delay import displacement
+from swarmproof.theorem3.delay import displacement, lost
 from swarmproof.theorem3.inequality import Truth, corrected, printed
 from swarmproof.theorem3.parameters import NORMS, Parameters, Reading, Vector, closed
 
@@ -66,7 +66,9 @@ class Margin:
     @property
     def loss(self) -> tuple[Fraction, Fraction]:
         """Return the same with what one UAV flies in the time `delay`."""
-        return self.known[0] + self.flown[0], self.known[1] + self.flown[1]
+        given, reading = self.problem.parameters, self.problem.reading
+        (low, high), flown = self.known, self.flown
+        return lost(given, reading, low, flown[0])[0], lost(given, reading, high, flown[1])[1]
 
     @property
     def closest(self) -> tuple[Vector, Vector] | None:

@@ -168,7 +168,7 @@ class Climb:
         forms = self._bounded(durations)
         unit = np.array([max(self._scale(forms, i), 1e-300) for i in range(self._size)])
         norms = [form for form in forms if 0 < form.norm < 1e300]
-        rows = np.array([form.row * unit for form in norms]) / np.array([[form.norm] for form in norms])
+        rows = np.array([form.row * unit / form.norm for form in norms]).reshape(len(norms), self._size)
         boxed = [(form.row * unit / form.boxes[k], k) for form in forms for k in range(3) if form.boxes[k] > 0]
         flat = np.zeros((len(boxed), 3 * self._size))
         for i, (row, k) in enumerate(boxed):
@@ -189,7 +189,7 @@ class Climb:
 
         def slopes(z: Floats) -> Floats:
             values = rows @ z.reshape(3, self._size).T
-            squared = -2 * np.einsum("ij,ik->ijk", values, rows).reshape(len(rows), -1)
+            squared = -2 * np.einsum("ij,ik->ijk", values, rows).reshape(len(rows), values.shape[1] * self._size)
             return np.vstack([squared, -flat, flat])
 
         limits = [(0.0, 0.0) if i in still else (None, None) for i in range(3 * self._size)]

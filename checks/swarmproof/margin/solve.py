@@ -8,7 +8,7 @@ from fractions import Fraction
 from swarmproof.margin.bounds import Margin, Proofs, Say, Solver, certified, provers
 from swarmproof.margin.problem import Problem
 from swarmproof.semantics.switches import BadInput
-from swarmproof.theorem3.delay import displacement
+from swarmproof.theorem3.delay import displacement, largest_dip, lost
 from swarmproof.theorem3.inequality import (
     Truth,
     corrected,
@@ -17,6 +17,8 @@ from swarmproof.theorem3.inequality import (
     scaled_square,
     square_root_bounds,
 )
+from swarmproof.theorem3.nothing import about_nothing
+from swarmproof.theorem3.numbers import exact_text
 from swarmproof.theorem3.parameters import Parameters, Reading
 
 #: What can be solved for: the largest T_c or v_max, the smallest d̂_min.
@@ -44,19 +46,21 @@ class Extreme:
 
 
 def decide(problem: Problem, say: Say = lambda message: None) -> tuple[Truth, Margin | None]:
-    """Decide the corrected inequality without computing the margin more closely than that takes.
+    """Decide the corrected inequality without computing the margin more closely than that takes; of nothing, nothing.
 
     Returns the margin (with its certificate) that certifies it, if it holds.
     """
     given = problem.parameters
+    if about_nothing(given, problem.reading):
+        return Truth.UNDECIDED, None
     flown = displacement(given, problem.reading)
 
     def known(lower: Fraction) -> Truth:
-        return corrected(given, lower + flown[0], given.d_hat_min + flown[1])
+        return corrected(given, lost(given, problem.reading, lower, flown[0])[0], given.d_hat_min + flown[1])
 
     if known(_crossing_dip(given)) is Truth.FAILS:
         return Truth.FAILS, None
-    limit = largest_loss(given) - flown[1]
+    limit = largest_dip(given, problem.reading, largest_loss(given), flown[1])
     solver = Solver(problem, say)
     solver.search()
     if known(solver.lower) is Truth.FAILS:
@@ -92,6 +96,8 @@ def solve_for(name: str, given: Parameters, reading: Reading, say: Say = lambda 
     if name not in NAMES:
         raise BadInput(f"--solve-for takes one of {', '.join(NAMES)}, not {name!r}")
     given.check_reading(reading)
+    if name in ("T_c", "d_hat_min") and about_nothing(replace(given, workspace=None), reading):
+        return Extreme(name, None, None, None)
     if name == "T_c" and reading is Reading.AS_SAMPLED:
         return _by_division(given, reading, say)
     return _bisect(name, given, reading, say, lower_is_easier=name != "d_hat_min")
@@ -103,8 +109,8 @@ def changed(given: Parameters, name: str, value: Fraction) -> Parameters:
         return replace(given, v_max=(value, value, value))
     if name == "T_c":
         return replace(given, T_c=value)
-    if name == "v_norm":
-        return replace(given, v_norm=value)
+    if name == "v_norm":  # a box that nobody gave follows
+        return given.with_changes([f"v_norm={exact_text(value)}"])
     return replace(given, d_hat_min=value)
 
 

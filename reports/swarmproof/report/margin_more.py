@@ -7,9 +7,10 @@ from typing import Any
 
 from swarmproof.margin.bounds import Margin
 from swarmproof.report import rounding
+from swarmproof.theorem3.delay import shifts
 from swarmproof.theorem3.inequality import shrinking_bounds
 from swarmproof.theorem3.numbers import exact_text
-from swarmproof.theorem3.parameters import NORMS, Parameters
+from swarmproof.theorem3.parameters import NORMS
 
 _NAMES = {"v_norm": "speed", "a_norm": "acceleration", "j_norm": "jerk"}
 
@@ -29,13 +30,18 @@ def document(margin: Margin) -> dict[str, Any]:
     return more
 
 
-def inequality(given: Parameters) -> str:
+def inequality(margin: Margin) -> str:
     """Return the corrected (26) in symbols."""
-    errors = "2‖Θ⁻¹‖₂·Δd_min" if given.crash_theta_inverse is None else "2‖C‖₂·Δd_min"
+    given = margin.problem.parameters
+    own, norm = given.crash_theta_inverse is not None, "Θ⁻¹" if given.crash_theta_inverse is None else "C"
+    paid = f"d_min + 2‖{norm}‖₂·Δd_min"
+    if given.delay and not shifts(given, margin.problem.reading):
+        left = "√((d̂_min − Δd_min,cont)² − delay·(2d̂_min − delay))"
+        return f"{'σ·' if own else ''}{left} ≥ {paid}"
     lost = "Δd_min,cont" + (" + delay" if given.delay else "")
-    if given.crash_theta_inverse is None:
-        return f"d̂_min ≥ d_min + {errors} + {lost}"
-    return f"σ·(d̂_min − {lost if not given.delay else f'({lost})'}) ≥ d_min + {errors}"
+    if not own:
+        return f"d̂_min ≥ {paid} + {lost}"
+    return f"σ·(d̂_min − {lost if not given.delay else f'({lost})'}) ≥ {paid}"
 
 
 def rows(margin: Margin) -> list[tuple[str, str]]:

@@ -36,6 +36,7 @@ from swarmproof.report.plot_style import (
 )
 from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.inequality import Truth, guaranteed_separation
+from swarmproof.theorem3.nothing import about_nothing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -168,12 +169,15 @@ def _headline(margin: Margin) -> str:
         found = f"{DIP} = {KEPT} = {float(margin.lower):.6g} m: two UAVs can meet between two sampling instants"
     errors = f" with tracking errors of up to {float(given.tracking_error):.4g} m" if given.tracking_error else ""
     asks = f"{ASKED} = {float(given.d_min):.4g} m"
-    kept = f"at least {decimal_text(guaranteed_separation(given, margin.upper), 4)} m (scaled)"
+    kept = f"at least {decimal_text(guaranteed_separation(given, margin.loss[1]), 4)} m (scaled)"
     says = {
         Truth.HOLDS: f"The corrected (26) holds: UAVs always stay {kept} apart{errors}; {asks} is asked for",
         Truth.FAILS: f"The corrected (26) fails: Theorem 3 does not promise {asks}{errors}; that alone is no collision",
         Truth.UNDECIDED: f"The corrected (26) is undecided for {asks}{errors}: the interval is too wide",
     }[verdict(margin)]
+    nothing = about_nothing(given, margin.problem.reading)
+    if nothing:
+        says = f"The corrected (26) says nothing: {nothing.partition(':')[0]}"
     return "\n".join((fill(asked, 130), found, says))
 
 
@@ -191,7 +195,9 @@ def _draw_distance(axes: Axes, margin: Margin) -> None:
     labels = [(kept, f"{KEPT} = {kept:.4g} m", GREY), (asked, f"{ASKED} = {asked:.4g} m", ORANGE)]
     if needed > asked:
         axes.axhline(needed, color=ORANGE, dashes=(1, 2))
-        labels.append((needed, f"{ASKED} and tracking\nerrors: {needed:.4g} m", ORANGE))
+        beyond = given.delay or given.crash_theta_inverse is not None
+        paid = "what (26) needs:" if beyond else f"{ASKED} and tracking\nerrors:"
+        labels.append((needed, f"{paid} {needed:.4g} m", ORANGE))
     if floor > 0:
         bound, width = decimal_text(given.d_hat_min - margin.upper, 6), length_text(margin.upper - margin.lower)
         labels.append((floor, f"never below {bound} m,\ncertified to {width}", GREEN))

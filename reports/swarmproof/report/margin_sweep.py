@@ -27,7 +27,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-UNITS = {"T_c": "s", "T_s": "s", "T_b": "s", "v_max": "m/s", "a_max": "m/s²", "j_max": "m/s³"}
+UNITS = {
+    **dict.fromkeys(("T_c", "T_s", "T_b", "delay"), "s"),
+    **dict.fromkeys(("v_max", "v_norm"), "m/s"),
+    **dict.fromkeys(("a_max", "a_norm"), "m/s²"),
+    **dict.fromkeys(("j_max", "j_norm"), "m/s³"),
+}
 #: How the verdict on the corrected (26) fills a marker.
 FILLING: dict[Truth, dict[str, Any]] = {
     Truth.HOLDS: {"fillstyle": "full"},

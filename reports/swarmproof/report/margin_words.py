@@ -77,7 +77,8 @@ def verdicts(margin: Margin) -> tuple[str, str]:
 def refutation(margin: Margin) -> Counterexample | None:
     """Return a pair that meets every premise of the printed (26) and comes closer than d_min, if one is known."""
     given = margin.problem.parameters
-    if margin.truths[0] is not Truth.HOLDS:
+    # the paper knows one ellipsoid only: with another one for crashes, its inequality is not refuted
+    if margin.truths[0] is not Truth.HOLDS or given.crash_theta_inverse is not None:
         return None
     crossing = counterexample(given, crossing_pair(given))
     return crossing if crossing is not None or margin.closest is None else counterexample(given, margin.closest)
@@ -173,7 +174,7 @@ def consequences(margin: Margin) -> list[tuple[str, str]]:
     rows = [
         *margin_more.rows(margin),
         ("(26) as printed", f"{as_printed}: d̂_min ≥ d_min + Δd_min + Δd_min,cont"),
-        ("(26) corrected", f"{as_corrected}: {margin_more.inequality(given)}"),
+        ("(26) corrected", f"{as_corrected}: {margin_more.inequality(margin)}"),
         ("guaranteed separation", f"{separation} m (scaled, at all times, for motions of this reading)"),
     ]
     if guaranteed == 0:

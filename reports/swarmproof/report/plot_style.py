@@ -7,7 +7,9 @@ from fractions import Fraction
 from typing import Any
 
 from swarmproof.margin.bounds import Margin
-from swarmproof.theorem3.inequality import Truth, corrected, spectral_norm_bounds
+from swarmproof.theorem3.delay import largest_dip
+from swarmproof.theorem3.inequality import Truth, largest_loss
+from swarmproof.theorem3.nothing import about_nothing
 
 #: Okabe and Ito's colours, which are told apart without seeing red and green.
 INK, GREY, BLUE, ORANGE, GREEN = "#222222", "#6B6B6B", "#0072B2", "#D55E00", "#009E73"
@@ -29,15 +31,16 @@ DIP, KEPT, ASKED = r"$\Delta d_{\mathrm{min,cont}}$", r"$\hat{d}_{\mathrm{min}}$
 
 
 def verdict(result: Margin) -> Truth:
-    """Return whether the corrected (26) holds."""
-    return corrected(result.problem.parameters, result.lower, result.upper)
+    """Return whether the corrected (26) holds; of parameters that are about nothing, nothing is decided."""
+    if about_nothing(result.problem.parameters, result.problem.reading):
+        return Truth.UNDECIDED
+    return result.truths[1]
 
 
 def limit(result: Margin) -> float:
     """Return the largest dip (m) with which the corrected (26) holds; negative if none is small enough."""
     given = result.problem.parameters
-    errors = 2 * spectral_norm_bounds(given.theta_inverse)[1] * given.tracking_error
-    return float(given.d_hat_min - given.d_min - errors)
+    return float(largest_dip(given, result.problem.reading, largest_loss(given), result.flown[1]))
 
 
 def interval_text(result: Margin) -> str:

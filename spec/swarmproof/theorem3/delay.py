@@ -4,7 +4,8 @@ A planner that knows where a UAV was `delay` ago, p̂(t − delay), keeps d̂_mi
 
     ‖A(p̂_i(t) − p̂_j(t))‖ ≥ ‖A(p̂_i(t) − p̂_j(t − delay))‖ − ‖A(p̂_j(t) − p̂_j(t − delay))‖,
 
-so the corrected (26) has to pay the largest last term. docs/theorem-3.md derives what bounds it in each reading.
+so the corrected (26) has to pay D, the largest last term. docs/theorem-3.md derives what bounds it in each reading, and
+how much D and the dip take together (:func:`lost`).
 """
 
 from __future__ import annotations
@@ -31,6 +32,38 @@ def displacement(given: Parameters, reading: Reading) -> Interval:
     x, y, z = (_way(given, reading, *bounds) for bounds in zip(given.v_max, given.a_max, given.j_max, strict=True))
     reach = _norm(given, reading)
     return _steady(given), _longest(given, (x, y, z), reach)
+
+
+def shifts(given: Parameters, reading: Reading) -> bool:
+    """Say whether any motion, `delay` later, is one of the reading: only then does a pair of such two dip no deeper."""
+    if reading is Reading.WHOLE_MOTION:
+        return True
+    period = given.T_s if reading is Reading.AS_SAMPLED else given.T_c
+    return (given.delay / period).denominator == 1
+
+
+def lost(given: Parameters, reading: Reading, dip: Fraction, flown: Fraction) -> Interval:
+    """Return bounds of how much of d̂_min the dip Δ and the way D `flown` in the delay take together (m, scaled).
+
+    Where motions can be shifted by the delay, that is Δ + D. Otherwise references are d̂_min − D apart at samples, and
+    two that start nearer dip deeper: √((d̂_min − Δ)² − D(2d̂_min − D)) is left, or nothing.
+    """
+    if flown == 0 or shifts(given, reading):
+        return dip + flown, dip + flown
+    distance = given.d_hat_min
+    square = (distance - dip) ** 2 - flown * (2 * distance - flown)
+    if flown >= distance or square <= 0:
+        return max(distance, dip + flown), max(distance, dip + flown)
+    low, high = square_root_bounds(square)
+    return distance - high, distance - low
+
+
+def largest_dip(given: Parameters, reading: Reading, loss: Fraction, flown: Fraction) -> Fraction:
+    """Return a dip (m) with which no more than `loss` is lost, the largest but for rounding; negative if none is."""
+    if flown == 0 or shifts(given, reading) or loss < flown:
+        return loss - flown
+    distance = given.d_hat_min
+    return distance - square_root_bounds((distance - loss) ** 2 + flown * (2 * distance - flown))[1]
 
 
 def _way(given: Parameters, reading: Reading, speed: Fraction, acceleration: Fraction, jerk: Fraction) -> Fraction:

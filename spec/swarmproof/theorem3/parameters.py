@@ -232,25 +232,28 @@ class Parameters:
             changed[name] = value
         if "T_s" in changed and self.T_b == self.T_s:
             changed.setdefault("T_b", changed["T_s"])
-        for norm, box in NORMS.items():
-            # who bounds the norm only means no other box than the one around that ball
-            if changed.get(norm) is not None and self._has_no_box(norm, box):
-                changed.setdefault(box, _axes(changed[norm]))
-        return replace(self, **changed, given=self.given.union(changed))
+        return replace(self, **{**self._followed(changed), **changed}, given=self.given.union(changed))
 
-    def _has_no_box(self, norm: str, box: str) -> bool:
-        """Return whether the bound `box` per axis is nobody's wish: as published, or the one around the norm's ball."""
-        bounds, radius = getattr(self, box), getattr(self, norm)
-        if radius is not None:
-            return bool(bounds == _axes(radius))
-        return box not in self.given and bool(bounds == getattr(PUBLISHED, box))
+    def _followed(self, norms: Mapping[str, Any]) -> dict[str, Vector]:
+        """Return the boxes that follow the `norms` where these are changed: those that nobody gave.
+
+        Who bounds the norm only means no other box than the one around that ball, however often it is changed.
+        """
+        boxes = {}
+        for norm, box in NORMS.items():
+            before = getattr(self, norm)
+            own = getattr(PUBLISHED, box) if before is None else _axes(before)
+            if norm in norms and box not in self.given and getattr(self, box) == own:
+                boxes[box] = getattr(PUBLISHED, box) if norms[norm] is None else _axes(norms[norm])
+        return boxes
 
     def defaults(self) -> list[str]:
         """Return the names of the published values that stand where none was given and that have a meaning here.
 
         Nobody gives what the paper does not have (:data:`EXTENSIONS`) by leaving it out.
         """
-        without_meaning = (*EXTENSIONS, *(("j_max",) if self.order == 2 else ()))
+        followed = [box for norm, box in NORMS.items() if getattr(self, norm) is not None]
+        without_meaning = (*EXTENSIONS, *followed, *(("j_max",) if self.order == 2 else ()))
         return [name for name in NAMES if name not in self.given and name not in without_meaning]
 
     def text(self, name: str) -> str:
@@ -285,10 +288,14 @@ class Parameters:
         """Return the shortest ``NAME=VALUE`` texts with which :meth:`with_changes` makes self of `base` (published)."""
         base = Parameters() if base is None else base
         followed = replace(base, T_s=self.T_s, T_b=self.T_s) if base.T_b == base.T_s else base
+        norms = {norm: getattr(self, norm) for norm in NORMS if getattr(self, norm) != getattr(base, norm)}
+        boxes = base._followed(norms)
         return [
             f"{name}={_compact(name, getattr(self, name))}"
             for name in NAMES
             if getattr(self, name) != getattr(followed if name == "T_b" else base, name)
+            # a box as before is no difference, unless a norm would change it
+            or getattr(self, name) != boxes.get(name, getattr(self, name))
         ]
 
     def describe(self, base: Parameters | None = None) -> str:
