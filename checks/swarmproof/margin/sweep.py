@@ -6,7 +6,7 @@ import hashlib
 import json
 import os
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -146,7 +146,8 @@ def _stored(problem: Problem, folder: Path | None) -> Margin | None:
         found = from_certificate(read((folder / file_name(problem)).read_bytes()))
     except (OSError, ValueError, Rejected):
         return None
-    return found if found.problem == problem else None
+    # a certificate does not say which parameters were given
+    return replace(found, problem=problem) if found.problem == problem else None
 
 
 def write(found: Margin, path: Path) -> None:
