@@ -21,7 +21,8 @@ from swarmproof.scenario.formations import FORMATIONS, antipodes, circle, cube, 
 from swarmproof.scenario.points import PER_METRE, ROOM, closest_pair, disturbed, draw, shuffled
 from swarmproof.scenario.scenario import SHIPPED, USUAL, Choices, Point, Scenario, TargetChange, Weights, load
 from swarmproof.semantics.switches import SWITCHES, BadInput
-from swarmproof.theorem3.parameters import NAMES, PUBLISHED_SCALING, ClosedBox, Parameters, diagonal
+from swarmproof.theorem3.parameters import NAMES, PUBLISHED_SCALING, Parameters
+from swarmproof.theorem3.values import ClosedBox, diagonal
 
 SETTINGS = settings(max_examples=60, deadline=None, derandomize=True, database=None)
 

@@ -24,7 +24,8 @@ from swarmproof.theorem3.inequality import (
     spectral_norm_bounds,
     square_root_bounds,
 )
-from swarmproof.theorem3.parameters import PUBLISHED_SCALING, Matrix, Parameters, Vector, diagonal
+from swarmproof.theorem3.parameters import PUBLISHED_SCALING, Parameters
+from swarmproof.theorem3.values import Matrix, Vector, diagonal
 
 #: The same examples every time, and no clock.
 SETTINGS = settings(max_examples=80, deadline=None, derandomize=True, database=None)

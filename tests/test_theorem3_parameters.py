@@ -15,17 +15,8 @@ from hypothesis import strategies as st
 from swarmproof.margin.solve import changed
 from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.numbers import exact_text, read_number
-from swarmproof.theorem3.parameters import (
-    EXTENSIONS,
-    NAMES,
-    PUBLISHED_SCALING,
-    Box,
-    Matrix,
-    Parameters,
-    Reading,
-    Vector,
-    diagonal,
-)
+from swarmproof.theorem3.parameters import EXTENSIONS, NAMES, PUBLISHED_SCALING, Parameters, Reading
+from swarmproof.theorem3.values import Box, Matrix, Vector, diagonal
 
 SPECIFIED_NAMES = (
     *("T_c", "T_s", "T_b", "d_hat_min", "v_max", "a_max", "j_max"),

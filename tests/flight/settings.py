@@ -21,7 +21,8 @@ from swarmproof.planning.solvers import Answer, QuadraticProgram, Solver, Status
 from swarmproof.planning.trigger import Trigger
 from swarmproof.scenario.scenario import Scenario, Weights, load
 from swarmproof.semantics.switches import Semantics
-from swarmproof.theorem3.parameters import Parameters, closed
+from swarmproof.theorem3.parameters import Parameters
+from swarmproof.theorem3.values import closed
 
 SPACE = "workspace=-1.7,1.7,-1.7,1.7,0.4,3"
 HORIZON = 15

@@ -16,7 +16,8 @@ from tests.margin.settings import TILTED, examples
 from swarmproof.motion.integrator import AxisMotion
 from swarmproof.motion.lattice import COARSEST, FINEST, LARGEST, Lattice
 from swarmproof.semantics.switches import BadInput
-from swarmproof.theorem3.parameters import Parameters, closed
+from swarmproof.theorem3.parameters import Parameters
+from swarmproof.theorem3.values import closed
 
 F = Fraction
 PERIODS = pytest.mark.parametrize("m", [1, 2, 3, 4])

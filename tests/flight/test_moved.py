@@ -20,7 +20,7 @@ from swarmproof.flight.place import place
 from swarmproof.motion.lattice import Bounds, Floats
 from swarmproof.scenario.points import moved_points
 from swarmproof.scenario.scenario import Scenario, load
-from swarmproof.theorem3.parameters import Vector
+from swarmproof.theorem3.values import Vector
 
 F = Fraction
 #: m, of separations and positions: finer than anything that is printed.

@@ -28,7 +28,8 @@ from swarmproof.scenario.definition import Scenario, TargetChange, Weights
 from swarmproof.scenario.points import Point
 from swarmproof.scenario.scenario import load
 from swarmproof.semantics.switches import BadInput
-from swarmproof.theorem3.parameters import ClosedBox, Parameters, Vector, closed, diagonal
+from swarmproof.theorem3.parameters import Parameters
+from swarmproof.theorem3.values import ClosedBox, Vector, closed, diagonal
 
 F = Fraction
 NANO = F(1, 10**9)

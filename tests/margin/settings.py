@@ -11,7 +11,8 @@ from tests.margin.brute import Setting, Vector3
 
 from swarmproof.margin.bounds import Margin, margin
 from swarmproof.margin.problem import Problem
-from swarmproof.theorem3.parameters import Parameters, Reading, Vector
+from swarmproof.theorem3.parameters import Parameters, Reading
+from swarmproof.theorem3.values import Vector
 
 INITIAL_STATE, WHOLE_MOTION, AS_SAMPLED = Reading.INITIAL_STATE, Reading.WHOLE_MOTION, Reading.AS_SAMPLED
 #: Θ⁻¹ that mixes all axes.

@@ -32,7 +32,8 @@ from swarmproof.margin.bounds import Margin, from_certificate, margin
 from swarmproof.margin.certificate import digest
 from swarmproof.margin.check import Rejected, check
 from swarmproof.margin.problem import AxisBounds, Problem
-from swarmproof.theorem3.parameters import Parameters, Reading, closed
+from swarmproof.theorem3.parameters import Parameters, Reading
+from swarmproof.theorem3.values import closed
 
 READINGS = list(Reading)
 ORDERS = (2, 3)

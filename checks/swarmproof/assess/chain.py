@@ -19,7 +19,7 @@ from swarmproof.motion.pairs import Pairs, turned
 from swarmproof.planning.accept import wrong_sides
 from swarmproof.planning.plan import Plan
 from swarmproof.scenario.scenario import EXACT
-from swarmproof.theorem3.parameters import Vector
+from swarmproof.theorem3.values import Vector
 
 NOT_MOVED: Vector = (Fraction(0), Fraction(0), Fraction(0))
 

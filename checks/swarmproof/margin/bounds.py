@@ -18,7 +18,8 @@ from swarmproof.margin.prove import Blocked, Budget, Cell, WindowProver
 from swarmproof.margin.witness import Witness, exact_witness
 from swarmproof.theorem3.delay import displacement, lost
 from swarmproof.theorem3.inequality import Truth, corrected, printed
-from swarmproof.theorem3.parameters import NORMS, Parameters, Reading, Vector, closed
+from swarmproof.theorem3.parameters import Parameters, Reading
+from swarmproof.theorem3.values import NORMS, Vector, closed
 
 #: Widths of the interval (relative to d̂_min) that are tried one after the other, until one fails.
 WIDTHS = (Fraction(1, 100), Fraction(5, 10**5))

@@ -10,7 +10,8 @@ from math import floor, isqrt
 import numpy as np
 import numpy.typing as npt
 
-from swarmproof.theorem3.parameters import NORMS, Parameters, Reading, Vector
+from swarmproof.theorem3.parameters import Parameters, Reading
+from swarmproof.theorem3.values import NORMS, Vector
 
 Floats = npt.NDArray[np.float64]
 

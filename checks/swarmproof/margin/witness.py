@@ -14,7 +14,8 @@ from swarmproof.margin.functional import Moment
 from swarmproof.margin.problem import Floats, Problem
 from swarmproof.motion.integrator import AxisMotion
 from swarmproof.theorem3.inequality import scaled_square, square_root_bounds
-from swarmproof.theorem3.parameters import Reading, Vector, closed
+from swarmproof.theorem3.parameters import Reading
+from swarmproof.theorem3.values import Vector, closed
 
 Motion = tuple[AxisMotion[Fraction], ...]
 

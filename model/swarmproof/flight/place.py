@@ -16,7 +16,8 @@ from swarmproof.motion.lattice import LARGEST, Bounds, Lattice
 from swarmproof.scenario.definition import Scenario, flying_space
 from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.numbers import exact_text
-from swarmproof.theorem3.parameters import ClosedBox, Parameters, Vector
+from swarmproof.theorem3.parameters import Parameters
+from swarmproof.theorem3.values import ClosedBox, Vector
 
 #: The origin is a multiple, per axis, of a power of two of metres, at least so many times as long as the space is wide.
 SPACIOUS = 4

@@ -29,7 +29,8 @@ from swarmproof.scenario.points import Point
 from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.fleet import Fleet
 from swarmproof.theorem3.numbers import exact_text
-from swarmproof.theorem3.parameters import NORMS, ClosedBox, Parameters, Vector
+from swarmproof.theorem3.parameters import Parameters
+from swarmproof.theorem3.values import NORMS, ClosedBox, Vector
 
 #: Every integer that occurs is smaller than this; float64 would be exact up to 2⁵³.
 LARGEST = 2**50

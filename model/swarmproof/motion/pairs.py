@@ -24,7 +24,8 @@ from numpy.typing import NDArray
 
 from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.fleet import Fleet
-from swarmproof.theorem3.parameters import Matrix, Parameters
+from swarmproof.theorem3.parameters import Parameters
+from swarmproof.theorem3.values import Matrix
 
 Floats = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from swarmproof.motion.lattice import binding_norms
 from swarmproof.planning.ball import share
 from swarmproof.scenario.scenario import Scenario
 from swarmproof.theorem3.numbers import exact_text
-from swarmproof.theorem3.parameters import NORMS, OF_A_KIND, Vector
+from swarmproof.theorem3.values import NORMS, OF_A_KIND, Vector
 
 _UNITS = {"v_norm": "m/s", "a_norm": "m/s²", "j_norm": "m/s³"}
 

@@ -10,7 +10,7 @@ from swarmproof.report import rounding
 from swarmproof.theorem3.delay import shifts
 from swarmproof.theorem3.inequality import shrinking_bounds
 from swarmproof.theorem3.numbers import exact_text
-from swarmproof.theorem3.parameters import NORMS
+from swarmproof.theorem3.values import NORMS
 
 _NAMES = {"v_norm": "speed", "a_norm": "acceleration", "j_norm": "jerk"}
 

@@ -14,7 +14,8 @@ from swarmproof.scenario.points import Point, closest_pair, draw, moved_box, mov
 from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.fleet import Fleet, Kind
 from swarmproof.theorem3.numbers import exact_text
-from swarmproof.theorem3.parameters import ClosedBox, Parameters, Vector, closed
+from swarmproof.theorem3.parameters import Parameters
+from swarmproof.theorem3.values import ClosedBox, Vector, closed
 
 FEWEST_UAVS, MOST_UAVS = 2, 64
 SHORTEST_HORIZON, LONGEST_HORIZON = 2, 60

@@ -10,7 +10,7 @@ from random import Random
 
 from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.numbers import exact_text
-from swarmproof.theorem3.parameters import Box, ClosedBox, Matrix, Vector
+from swarmproof.theorem3.values import Box, ClosedBox, Matrix, Vector
 
 #: x, y, z in m.
 Point = tuple[Fraction, Fraction, Fraction]

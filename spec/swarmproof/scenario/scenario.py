@@ -115,7 +115,8 @@ from swarmproof.scenario.tables import (
 from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.fleet import Fleet, Kind, read_kinds
 from swarmproof.theorem3.numbers import ENTRY, near_match, read_toml, shown
-from swarmproof.theorem3.parameters import NAMES, OF_A_KIND, Parameters
+from swarmproof.theorem3.parameters import NAMES, Parameters
+from swarmproof.theorem3.values import OF_A_KIND
 
 __all__ = [
     "DEFAULT_HORIZON",

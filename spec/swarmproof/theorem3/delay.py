@@ -20,7 +20,8 @@ from swarmproof.theorem3.inequality import (
     square_root_bounds,
     stretched_most,
 )
-from swarmproof.theorem3.parameters import Parameters, Reading, Vector
+from swarmproof.theorem3.parameters import Parameters, Reading
+from swarmproof.theorem3.values import Vector
 
 Interval = tuple[Fraction, Fraction]
 

@@ -19,7 +19,8 @@ from typing import Any, NamedTuple
 
 from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.numbers import near_match, shown
-from swarmproof.theorem3.parameters import NORMS, OF_A_KIND, Matrix, Parameters, Vector, diagonal
+from swarmproof.theorem3.parameters import Parameters
+from swarmproof.theorem3.values import NORMS, OF_A_KIND, Matrix, Vector, diagonal
 
 MOST_KINDS = 64
 

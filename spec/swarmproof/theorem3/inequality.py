@@ -17,7 +17,8 @@ from fractions import Fraction
 from itertools import combinations
 from math import ceil, floor, isqrt
 
-from swarmproof.theorem3.parameters import Matrix, Parameters, Vector, closed, diagonal
+from swarmproof.theorem3.parameters import Parameters
+from swarmproof.theorem3.values import Matrix, Vector, closed, diagonal
 
 #: Digits to which irrational norms are enclosed.
 DIGITS = 12

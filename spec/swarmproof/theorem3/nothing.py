@@ -9,7 +9,8 @@ from fractions import Fraction
 
 from swarmproof.theorem3.inequality import scaled_square
 from swarmproof.theorem3.numbers import exact_text
-from swarmproof.theorem3.parameters import Box, Parameters, Reading
+from swarmproof.theorem3.parameters import Parameters, Reading
+from swarmproof.theorem3.values import Box
 
 
 def about_nothing(parameters: Parameters, reading: Reading) -> str:
