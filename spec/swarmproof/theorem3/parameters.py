@@ -168,7 +168,7 @@ class Parameters:
                     raise BadInput(f"{shown(name)} is a table, which is not a value: write lines such as T_c = 0.1")
                 if name not in NAMES:
                     raise BadInput(f"there is no parameter {shown(name)}: {near_match(name, NAMES)}")
-                value = read_value(name, raw, compact(name, getattr(PUBLISHED, name) or Fraction(1)))
+                value = read_value(name, raw, _example(name))
                 check_value(name, value)
             except BadInput as mistake:
                 raise BadInput(f"{place}: {mistake}") from None
@@ -250,6 +250,12 @@ class Parameters:
 NAMES: tuple[str, ...] = tuple(one.name for one in fields(Parameters) if one.name != "given")
 #: What the paper does not have: written down only where it is used.
 EXTENSIONS = ("v_norm", "a_norm", "j_norm", "crash_theta_inverse", "delay")
+
+
+def _example(name: str) -> str:
+    """Return the published value of parameter `name`, or 1 if there is none."""
+    value = getattr(PUBLISHED, name)
+    return "1" if value is None else compact(name, value)
 
 
 def _set_entries(changes: Iterable[str]) -> list[tuple[str, str, object]]:
