@@ -9,13 +9,14 @@ from itertools import product
 
 from swarmproof.adapters.mlr import observe
 from swarmproof.claims.observed import ObservedSwarm
+from swarmproof.errors import BadInput
 from swarmproof.explore.rounds import PARENT_BITS, Rounds
 from swarmproof.mlr import algorithm1
 from swarmproof.mlr.messages import Trajectory
 from swarmproof.mlr.network import Reception, cu_receptions, uav_receptions
 from swarmproof.mlr.swarm import Events, Swarm, all_decisions, compute, initial_swarm, step
 from swarmproof.mlr.uav import adopt, offers
-from swarmproof.semantics.switches import PRESETS, SWITCHES, BadInput, Semantics
+from swarmproof.semantics.switches import PRESETS, SWITCHES, Semantics
 
 
 def single_switch_semantics() -> list[Semantics]:

@@ -22,12 +22,12 @@ from swarmproof.assess.observing import reference_pieces
 from swarmproof.assess.refly import DEAF, Flights, Flown, Loss, Pattern, before, places
 from swarmproof.assess.run import Setting, fly
 from swarmproof.channel.losses import Recorded
+from swarmproof.errors import BadInput
 from swarmproof.explore.search import Limits
 from swarmproof.flight.state import FlightState
 from swarmproof.motion.lattice import Floats, Lattice
 from swarmproof.planning.planner import Planned, Planner
 from swarmproof.planning.problem import Task
-from swarmproof.semantics.switches import BadInput
 
 #: What counts as a crash, and the distance that plans keep at samples (m).
 CRASH, KEPT = 0.12, 0.25

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from tests.bruteforce import all_events
 
+from swarmproof.errors import BadInput
 from swarmproof.mlr import algorithm1
 from swarmproof.mlr.algorithm1 import ComputeUnit, CuState, Decision, Inbox
 from swarmproof.mlr.algorithm2 import InformationTracker
@@ -19,7 +20,7 @@ from swarmproof.mlr.messages import (
     UavMessage,
 )
 from swarmproof.mlr.swarm import all_decisions, compute, forbidden, initial_swarm, step
-from swarmproof.semantics.switches import BadInput, Semantics
+from swarmproof.semantics.switches import Semantics
 
 PRINTED, PROSE, GUARDED = (Semantics.parse(preset) for preset in ("printed", "prose", "guarded"))
 KNOWN = Semantics.parse("prose", ["initial=known"])

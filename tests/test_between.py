@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from swarmproof.assess import between
 from swarmproof.assess.between import Closest, Floats, at_least, closest, cubics, lowest_per_step
-from swarmproof.semantics.switches import BadInput
+from swarmproof.errors import BadInput
 
 SETTINGS = settings(
     max_examples=150,

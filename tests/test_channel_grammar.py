@@ -20,9 +20,10 @@ from swarmproof.channel.deliver import deliver
 from swarmproof.channel.grammar import COMBINED, FORMS, parse
 from swarmproof.channel.losses import FOREVER, Burst, Iid, Jam, Losses, LossModel, TermModel
 from swarmproof.channel.pattern import BySender
+from swarmproof.errors import BadInput
 from swarmproof.mlr.messages import CuMessage, EmptyMessage, Metadata, Trajectory, TrajectoryMessage, UavMessage
 from swarmproof.mlr.network import Air, Reception, Slot
-from swarmproof.semantics.switches import BadInput, Semantics
+from swarmproof.semantics.switches import Semantics
 
 N, M, SEED, ROUNDS = 4, 3, 7, 14
 RULES = [Semantics.parse("guarded", [f"slot_conflict={value}"]) for value in ("either", "both-lost", "cu-wins")]

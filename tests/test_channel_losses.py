@@ -14,7 +14,7 @@ import pytest
 from swarmproof.channel.grammar import FORMS, parse
 from swarmproof.channel.losses import Burst, Iid, Jam, Losses, LossModel, Recorded, nothing_lost
 from swarmproof.channel.pattern import Pairs
-from swarmproof.semantics.switches import BadInput
+from swarmproof.errors import BadInput
 
 N, M = 16, 3
 DRAWN = pytest.mark.parametrize("spec", ["iid:0.1", "iid:1/3", "burst:0.05,0.4"])

@@ -16,7 +16,7 @@ from swarmproof.channel import script
 from swarmproof.channel.grammar import parse
 from swarmproof.channel.losses import Losses, nothing_lost
 from swarmproof.channel.script import read_script, write_script
-from swarmproof.semantics.switches import BadInput
+from swarmproof.errors import BadInput
 
 GOOD: dict[str, Any] = {
     "schema": "swarmproof.losses/1",

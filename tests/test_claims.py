@@ -13,8 +13,9 @@ from swarmproof.claims.observed import ObservedCu, ObservedSwarm, ObservedTracke
 from swarmproof.claims.predicates import Broken
 from swarmproof.claims.registry import CLAIMS, Claim, Kind, select_claims
 from swarmproof.claims.witnesses import WITNESSES, Witness
+from swarmproof.errors import BadInput
 from swarmproof.mlr.swarm import initial_swarm
-from swarmproof.semantics.switches import PRESETS, BadInput, Semantics
+from swarmproof.semantics.switches import PRESETS, Semantics
 
 OLD, NEW = "old", "new"
 

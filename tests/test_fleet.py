@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from swarmproof.semantics.switches import BadInput
+from swarmproof.errors import BadInput
 from swarmproof.theorem3.fleet import pair, pairs, read_kinds
 from swarmproof.theorem3.inequality import scaled_square
 from swarmproof.theorem3.parameters import Parameters

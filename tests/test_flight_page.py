@@ -21,6 +21,7 @@ from swarmproof.assess.log import Log, Logged, Outcome, moved
 from swarmproof.assess.run import Setting, fly
 from swarmproof.channel.grammar import parse
 from swarmproof.claims.flight import FLIGHT_CLAIMS
+from swarmproof.errors import BadInput
 from swarmproof.mlr.algorithm1 import CuState
 from swarmproof.planning.planner import Planned
 from swarmproof.planning.problem import Task
@@ -43,7 +44,7 @@ from swarmproof.report.flight_series import (
 )
 from swarmproof.report.flight_timeline import MOST_MARKS
 from swarmproof.scenario.scenario import load
-from swarmproof.semantics.switches import BadInput, Semantics
+from swarmproof.semantics.switches import Semantics
 
 SVG = "{http://www.w3.org/2000/svg}"
 #: A flight: setting, losses, verdicts, log.

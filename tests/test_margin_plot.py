@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from swarmproof.errors import BadInput
 from swarmproof.margin.bounds import Margin, margin
 from swarmproof.margin.problem import Problem
 from swarmproof.margin.witness import Witness
@@ -20,7 +21,6 @@ from swarmproof.motion.integrator import AxisMotion
 from swarmproof.report.margin_plot import check_path, distance_curve, plot_margin, plot_sweep, scaled_paths
 from swarmproof.report.margin_sweep import sweep_curves, sweep_x
 from swarmproof.report.plot_style import decimal_text, interval_text, length_text, limit, verdict
-from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.inequality import Truth
 from swarmproof.theorem3.parameters import Parameters, Reading
 

@@ -14,13 +14,13 @@ import pytest
 
 from swarmproof.cli import main
 from swarmproof.commands import margin as command
+from swarmproof.errors import BadInput
 from swarmproof.margin import solve as module
 from swarmproof.margin.bounds import Margin, from_certificate, margin
 from swarmproof.margin.check import check
 from swarmproof.margin.problem import Problem
 from swarmproof.margin.solve import MOST_TRIALS, NAMES, PRECISION, Extreme, changed, decide, solve_for
 from swarmproof.report import margin_words
-from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.inequality import Truth, corrected
 from swarmproof.theorem3.parameters import Parameters, Reading
 

@@ -14,11 +14,11 @@ import pytest
 
 from swarmproof.cli import main
 from swarmproof.commands import margin as command
+from swarmproof.errors import BadInput
 from swarmproof.margin import sweep as module
 from swarmproof.margin.bounds import Margin, margin
 from swarmproof.margin.problem import Problem
 from swarmproof.margin.sweep import MOST_SETS, Axis, file_name, problems, sweep, write
-from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.parameters import Parameters, Reading
 
 #: A base whose margins are found in a moment: double integrator, one window per period.

@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarmproof.cli import main
+from swarmproof.errors import BadInput
 from swarmproof.scenario.scenario import Scenario, load
-from swarmproof.semantics.switches import BadInput
 
 ROOT = Path(__file__).parent.parent
 MISSION = """

@@ -15,13 +15,14 @@ from swarmproof.adapters.mlr import observe
 from swarmproof.claims.predicates import all_plan, all_running
 from swarmproof.claims.registry import CLAIMS, Claim, Kind
 from swarmproof.claims.witnesses import RECOVERY_LEFT, WITNESSES
+from swarmproof.errors import BadInput
 from swarmproof.explore.rounds import Rounds
 from swarmproof.explore.search import Exploration, explore
 from swarmproof.fuzz.runs import Breach, Run, check_run, readings, run_property, runs, runs_of_any_size
 from swarmproof.mlr import algorithm1
 from swarmproof.mlr.algorithm2 import InformationTracker, Update, update_information_trackers
 from swarmproof.mlr.messages import CuMessage, UavMessage
-from swarmproof.semantics.switches import BadInput, Semantics
+from swarmproof.semantics.switches import Semantics
 from swarmproof.traces.trace import Trace, replay
 from swarmproof.verify.decide import Scope as VerifiedScope
 from swarmproof.verify.decide import Verdict, verify

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from swarmproof.errors import BadInput
 from swarmproof.scenario.points import MOST_TRIES
 from swarmproof.scenario.scenario import Choices, Redraw, Scenario, TargetChange, Weights, load
-from swarmproof.semantics.switches import BadInput
 
 ONE_BY_ONE = (
     "uavs cannot be changed, since the positions are given one by one: give a formation to have a number, "

@@ -6,7 +6,8 @@ from itertools import product
 
 import pytest
 
-from swarmproof.semantics.switches import ABOUT, PRESETS, SWITCHES, BadInput, Semantics
+from swarmproof.errors import BadInput
+from swarmproof.semantics.switches import ABOUT, PRESETS, SWITCHES, Semantics
 
 SPECIFIED_SWITCHES = {
     "deprecation": ("all", "one"),

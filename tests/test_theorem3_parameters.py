@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from swarmproof.errors import BadInput
 from swarmproof.margin.solve import changed
-from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.numbers import exact_text, read_number
 from swarmproof.theorem3.parameters import EXTENSIONS, NAMES, PUBLISHED_SCALING, Parameters, Reading
 from swarmproof.theorem3.values import Box, Matrix, Vector, diagonal

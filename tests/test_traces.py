@@ -16,9 +16,10 @@ from hypothesis import strategies as st
 from swarmproof.adapters.mlr import observe
 from swarmproof.claims.registry import CLAIMS, Kind
 from swarmproof.claims.witnesses import WITNESSES
+from swarmproof.errors import BadInput
 from swarmproof.fuzz.runs import Run, readings, runs_of_any_size
 from swarmproof.mlr.swarm import step
-from swarmproof.semantics.switches import PRESETS, BadInput, Semantics
+from swarmproof.semantics.switches import PRESETS, Semantics
 from swarmproof.traces.trace import Replay, Trace, encode, load, record, replay
 from swarmproof.verify.decide import Decided, Result, Scope, Verdict, verify
 

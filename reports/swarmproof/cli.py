@@ -12,7 +12,7 @@ from importlib.metadata import version
 from typing import Any, NoReturn
 
 from swarmproof.commands import audit, claims, fly, margin, replay, reproduce, verify
-from swarmproof.semantics.switches import BadInput
+from swarmproof.errors import BadInput
 
 BAD_INPUT = 2
 INTERRUPTED = 130

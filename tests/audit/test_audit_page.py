@@ -19,10 +19,10 @@ from swarmproof.audit.steps import Covered, decide_step
 from swarmproof.audit.table import CellAudit, audit_cells
 from swarmproof.claims.proofs.registry import PROOF_CLAIMS, select_proof_claims
 from swarmproof.claims.proofs.samples import eq_20, planes, repaired_20, rest
+from swarmproof.errors import BadInput
 from swarmproof.report.audit_page import audit_page, write_audit
 from swarmproof.report.audit_plots import SCENES, draw_ranges, draw_scene, draw_step
 from swarmproof.report.audit_words import shown
-from swarmproof.semantics.switches import BadInput
 from swarmproof.statements.cells import ROLES, cells
 from swarmproof.statements.claim import ProofVerdict
 from swarmproof.statements.grid import Range, Step, Time

@@ -9,7 +9,7 @@ import pytest
 from swarmproof.audit.book import EVIDENCE
 from swarmproof.audit.decide import audit, decide
 from swarmproof.claims.proofs.registry import PROOF_CLAIMS, select_proof_claims
-from swarmproof.semantics.switches import BadInput
+from swarmproof.errors import BadInput
 from swarmproof.statements.claim import ProofClaim, ProofVerdict, Reading
 from swarmproof.statements.grid import Step
 

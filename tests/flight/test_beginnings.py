@@ -12,9 +12,9 @@ from swarmproof.assess.exhaustive import Verdict, explore_flights
 from swarmproof.assess.judge import FlightVerdict
 from swarmproof.assess.run import fly
 from swarmproof.channel.grammar import parse
+from swarmproof.errors import BadInput
 from swarmproof.motion.lattice import Lattice
 from swarmproof.scenario.scenario import Scenario, load
-from swarmproof.semantics.switches import BadInput
 
 #: Two UAVs that are to fly away from each other.
 TEXT = """

@@ -28,6 +28,7 @@ from swarmproof.channel.pattern import Losses
 from swarmproof.claims.flight import FLIGHT_CLAIMS, FlightClaim, ObservedRound
 from swarmproof.claims.predicates import Broken
 from swarmproof.claims.registry import CLAIMS, Kind
+from swarmproof.errors import BadInput
 from swarmproof.explore.search import Limits
 from swarmproof.flight.fly import Flight, Plans
 from swarmproof.flight.state import Computed, FlightState
@@ -36,7 +37,7 @@ from swarmproof.planning.planner import Planned, Planner
 from swarmproof.planning.problem import Task
 from swarmproof.planning.trigger import Trigger
 from swarmproof.scenario.scenario import Weights
-from swarmproof.semantics.switches import BadInput, Semantics
+from swarmproof.semantics.switches import Semantics
 
 
 def silent(k: int, done: int, size: int) -> None:

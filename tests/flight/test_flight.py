@@ -28,6 +28,7 @@ from swarmproof.assess.run import Setting, fly
 from swarmproof.channel.grammar import parse
 from swarmproof.channel.losses import Recorded
 from swarmproof.channel.pattern import Losses, nothing_lost
+from swarmproof.errors import BadInput
 from swarmproof.flight.fly import Plans
 from swarmproof.flight.state import Attempt, FlightState, Name, Round
 from swarmproof.mlr.algorithm1 import CuState
@@ -43,7 +44,7 @@ from swarmproof.planning.solvers import Status
 from swarmproof.planning.trigger import Trigger
 from swarmproof.scenario.points import Point
 from swarmproof.scenario.scenario import load
-from swarmproof.semantics.switches import PRESETS, SWITCHES, BadInput, Semantics
+from swarmproof.semantics.switches import PRESETS, SWITCHES, Semantics
 
 #: Three UAVs, of which two swap places in round 5.
 A, B, C = points((-0.8, 0.0, 1.0), (0.8, 0.3, 1.2), (0.0, 1.2, 1.0))

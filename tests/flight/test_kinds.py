@@ -21,6 +21,7 @@ from swarmproof.assess.log import Log
 from swarmproof.assess.refly import Flights
 from swarmproof.assess.run import Setting, fly
 from swarmproof.channel.grammar import parse
+from swarmproof.errors import BadInput
 from swarmproof.flight.state import Round
 from swarmproof.motion.lattice import Lattice
 from swarmproof.motion.pairs import Scales
@@ -32,7 +33,6 @@ from swarmproof.report import flight_words
 from swarmproof.report.flight_plots import pictures
 from swarmproof.report.flight_series import one_scale, pair_distance, sampled_separation
 from swarmproof.scenario.scenario import Scenario, Weights, load
-from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.fleet import Fleet
 
 F = Fraction

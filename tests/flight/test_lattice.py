@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from tests.flight.settings import lattice, samples
 from tests.margin.settings import TILTED, examples
 
+from swarmproof.errors import BadInput
 from swarmproof.motion.integrator import AxisMotion
 from swarmproof.motion.lattice import COARSEST, FINEST, LARGEST, Lattice
-from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.parameters import Parameters
 from swarmproof.theorem3.values import closed
 

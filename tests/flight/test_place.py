@@ -22,12 +22,12 @@ from tests.points import Coordinate, at, decimal, points
 
 from swarmproof.assess.run import fly
 from swarmproof.channel.grammar import parse
+from swarmproof.errors import BadInput
 from swarmproof.flight.place import place
 from swarmproof.motion.lattice import COARSEST, FINEST, Lattice
 from swarmproof.scenario.definition import Scenario, TargetChange, Weights
 from swarmproof.scenario.points import Point
 from swarmproof.scenario.scenario import load
-from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.parameters import Parameters
 from swarmproof.theorem3.values import ClosedBox, Vector, closed, diagonal
 

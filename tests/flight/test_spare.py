@@ -15,12 +15,12 @@ from tests.margin.settings import TILTED, examples
 from swarmproof.assess.judge import Flown
 from swarmproof.assess.run import fly
 from swarmproof.channel.grammar import parse
+from swarmproof.errors import BadInput
 from swarmproof.motion.lattice import COARSEST, Bounds, Floats, Lattice
 from swarmproof.planning import problem
 from swarmproof.planning.planner import Planner
 from swarmproof.planning.problem import SPARE, Model
 from swarmproof.scenario.scenario import Weights, load
-from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.parameters import Parameters
 
 

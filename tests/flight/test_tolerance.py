@@ -17,11 +17,11 @@ from tests.flight.settings import lattice, setting
 
 from swarmproof.assess.candidates import tracked
 from swarmproof.commands import fly
+from swarmproof.errors import BadInput
 from swarmproof.flight.state import FlightState
 from swarmproof.planning.accept import broken_constraint, old_satisfies, right_side, wrong_sides
 from swarmproof.report import flight_words
 from swarmproof.scenario.scenario import EXACT, Tolerance, load
-from swarmproof.semantics.switches import BadInput
 
 UNITS = lattice()
 D_HAT = Fraction(1, 4)

@@ -14,9 +14,9 @@ from swarmproof.assess.run import Setting
 from swarmproof.channel.grammar import parse
 from swarmproof.channel.losses import Losses
 from swarmproof.commands import fly
+from swarmproof.errors import BadInput
 from swarmproof.planning.trigger import Trigger
 from swarmproof.reproduce.cell import DIGITS, Cell
-from swarmproof.semantics.switches import BadInput
 
 CELL = Cell("random", 3, "DT", "iid:0.25", "ignore-loss", 7, 40, ("uavs=5", "hold=20"))
 #: The same with each field changed in turn.

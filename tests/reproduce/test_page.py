@@ -15,6 +15,7 @@ from statistics import median
 import pytest
 
 from swarmproof.claims.experiments import FORMATIONS, IGNORING, MLR, claims_of
+from swarmproof.errors import BadInput
 from swarmproof.report.reproduce_formations_plots import arrivals, total
 from swarmproof.report.reproduce_numbers import Data, counted, distances, times
 from swarmproof.report.reproduce_page import shown, write_reproduction
@@ -26,7 +27,6 @@ from swarmproof.reproduce.experiment import Experiment, Variant
 from swarmproof.reproduce.experiments import EXPERIMENTS
 from swarmproof.reproduce.measure import RADII, REACHED, Leg, Measured
 from swarmproof.reproduce.store import Stored
-from swarmproof.semantics.switches import BadInput
 
 Found = Mapping[Cell, Stored]
 

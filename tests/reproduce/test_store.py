@@ -14,12 +14,12 @@ from typing import Any
 
 import pytest
 
+from swarmproof.errors import BadInput
 from swarmproof.reproduce import store as module
 from swarmproof.reproduce.cell import Cell
 from swarmproof.reproduce.made_by import made_by
 from swarmproof.reproduce.measure import RADII, Leg, Measured
 from swarmproof.reproduce.store import FORMAT, Store, Stored
-from swarmproof.semantics.switches import BadInput
 
 Json = dict[str, Any]
 

@@ -19,12 +19,12 @@ from pathlib import Path
 
 import pytest
 
+from swarmproof.errors import BadInput
 from swarmproof.reproduce import sweep as module
 from swarmproof.reproduce.cell import Cell
 from swarmproof.reproduce.measure import measure
 from swarmproof.reproduce.store import Stored
 from swarmproof.reproduce.sweep import fly_cell, sweep
-from swarmproof.semantics.switches import BadInput
 
 #: Flights that take no time, and one that takes a minute.
 CELLS = [Cell("crossing", 2, "HT", "iid:0.1", "guarded", seed, 12 + seed) for seed in range(6)]

@@ -20,8 +20,8 @@ from swarmproof.assess.refly import Flights, Flown, Loss, Pattern, before
 from swarmproof.assess.run import Setting
 from swarmproof.channel.losses import Losses
 from swarmproof.channel.script import shown
+from swarmproof.errors import BadInput
 from swarmproof.explore.search import NO_LIMITS, Limits
-from swarmproof.semantics.switches import BadInput
 
 #: The largest budget, and the longest flight: all states of some flights are kept.
 MOST_FLIGHTS, MOST_ROUNDS = 100_000, 2000

@@ -36,8 +36,8 @@ from math import comb, inf, nextafter
 import numpy as np
 from numpy.typing import NDArray
 
+from swarmproof.errors import BadInput
 from swarmproof.motion.pairs import Scales
-from swarmproof.semantics.switches import BadInput
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -29,13 +29,13 @@ from swarmproof.assess.run import Setting
 from swarmproof.claims.flight import FLIGHT_CLAIMS, Approach, Dip, FlightClaim, ObservedFlight, references_apart
 from swarmproof.claims.predicates import Broken
 from swarmproof.claims.registry import CLAIMS, Claim, Kind
+from swarmproof.errors import BadInput
 from swarmproof.explore.search import NO_LIMITS, Limits
 from swarmproof.flight.fly import Flight
 from swarmproof.flight.state import Computed, FlightState, Round
 from swarmproof.mlr import algorithm1
 from swarmproof.mlr.network import Reception, cu_receptions, uav_receptions
 from swarmproof.planning.planner import Planner
-from swarmproof.semantics.switches import BadInput
 
 #: More receivers and messages have too many receptions to list, more swarms do not fit into memory.
 MOST_UAVS, MOST_CUS, MOST_SWARMS = 4, 3, 300_000

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 from swarmproof.assess.judge import Flown, Judge
 from swarmproof.channel.losses import LossModel
+from swarmproof.errors import BadInput
 from swarmproof.flight.fly import Flight, Plans
 from swarmproof.flight.place import place
 from swarmproof.flight.state import Round
@@ -15,7 +16,7 @@ from swarmproof.flight.tracking import TrackingError
 from swarmproof.planning.planner import Planner
 from swarmproof.planning.trigger import Trigger
 from swarmproof.scenario.scenario import Scenario, load
-from swarmproof.semantics.switches import SWITCHES, BadInput, Semantics
+from swarmproof.semantics.switches import SWITCHES, Semantics
 
 MOST_CUS = 16
 

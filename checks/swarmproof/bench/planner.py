@@ -27,11 +27,12 @@ from swarmproof.bench.contest import OURS, SOLVERS, Calls, Parts, contenders, pa
 from swarmproof.bench.flights import Timed, time_flights
 from swarmproof.bench.recording import record
 from swarmproof.channel.grammar import parse
+from swarmproof.errors import BadInput
 from swarmproof.motion.lattice import Floats
 from swarmproof.planning.problem import Task
 from swarmproof.planning.trigger import Trigger
 from swarmproof.scenario.scenario import load
-from swarmproof.semantics.switches import BadInput, Semantics
+from swarmproof.semantics.switches import Semantics
 
 SCHEMA = "swarmproof.bench/1"
 #: How many threads numpy and the solvers may use is read from these when they are imported.

@@ -19,13 +19,14 @@ from hypothesis.vendor.pretty import RepresentationPrinter
 from swarmproof.adapters.mlr import observe
 from swarmproof.claims.predicates import Broken
 from swarmproof.claims.registry import CLAIMS, Claim
+from swarmproof.errors import BadInput
 from swarmproof.mlr import algorithm1
 from swarmproof.mlr.algorithm1 import Decision
 from swarmproof.mlr.messages import Trajectory
 from swarmproof.mlr.network import Reception, receive_at_cu, receive_at_uav
 from swarmproof.mlr.swarm import Events, Swarm, compute, initial_swarm, step
 from swarmproof.mlr.uav import Uav, offers
-from swarmproof.semantics.switches import SWITCHES, BadInput, Semantics
+from swarmproof.semantics.switches import SWITCHES, Semantics
 from swarmproof.traces.trace import Trace, encode, record
 
 #: The sizes up to which runs are drawn unless told otherwise.

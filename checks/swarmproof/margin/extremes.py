@@ -10,11 +10,11 @@ from typing import Protocol
 
 import numpy as np
 
+from swarmproof.errors import BadInput
 from swarmproof.margin.functional import Density, Extreme, Moment, Term, initial_coefficients, kernel, sign_changes
 from swarmproof.margin.problem import AxisBounds, Floats, Problem
 from swarmproof.margin.whole import WholeMotion
 from swarmproof.motion.integrator import AxisMotion
-from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.parameters import Reading
 
 

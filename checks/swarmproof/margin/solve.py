@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
+from swarmproof.errors import BadInput
 from swarmproof.margin.bounds import Margin, Proofs, Say, Solver, certified, provers
 from swarmproof.margin.problem import Problem
-from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.delay import displacement, largest_dip, lost
 from swarmproof.theorem3.inequality import (
     Truth,

@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 
+from swarmproof.errors import BadInput
 from swarmproof.margin.bounds import Margin, Say, from_certificate, margin
 from swarmproof.margin.check import Rejected, read
 from swarmproof.margin.problem import Problem
-from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.numbers import exact_text, read_number
 from swarmproof.theorem3.parameters import Parameters, Reading
 

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import msgspec
 
+from swarmproof.errors import BadInput
 from swarmproof.reproduce.cell import Cell
 from swarmproof.reproduce.made_by import made_by
 from swarmproof.reproduce.measure import Measured
-from swarmproof.semantics.switches import BadInput
 
 FORMAT = "swarmproof.cell/1"
 

@@ -13,10 +13,10 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from itertools import islice
 
+from swarmproof.errors import BadInput
 from swarmproof.reproduce.cell import Cell
 from swarmproof.reproduce.measure import measure
 from swarmproof.reproduce.store import Stored
-from swarmproof.semantics.switches import BadInput
 
 #: What libraries of linear algebra read when they are loaded.
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")

@@ -13,12 +13,13 @@ from swarmproof.adapters.mlr import observe
 from swarmproof.claims.predicates import Broken
 from swarmproof.claims.registry import CLAIMS, Claim, Kind
 from swarmproof.claims.witnesses import RECOVERY_LEFT, WITNESSES
+from swarmproof.errors import BadInput
 from swarmproof.explore.identities import Abstraction, canonical_swarm
 from swarmproof.mlr.messages import Metadata, Trajectory
 from swarmproof.mlr.network import Air, receive_at_cu, receive_at_uav
 from swarmproof.mlr.swarm import Events, Swarm, compute, forbidden, initial_swarm, step
 from swarmproof.mlr.uav import offers
-from swarmproof.semantics.switches import BadInput, Semantics
+from swarmproof.semantics.switches import Semantics
 
 SCHEMA = "swarmproof.trace/1"
 SYSTEM = "mlr-dmpc"

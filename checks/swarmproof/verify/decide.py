@@ -8,6 +8,7 @@ from enum import StrEnum
 
 from swarmproof.claims.registry import CLAIMS, Claim, Kind
 from swarmproof.claims.witnesses import RECOVERY_LEFT, WITNESSES
+from swarmproof.errors import BadInput
 from swarmproof.explore.identities import MOST_CUS, Abstraction
 from swarmproof.explore.recovery import decide_recovery
 from swarmproof.explore.rounds import Rounds
@@ -15,7 +16,7 @@ from swarmproof.explore.search import Exploration, Limits, Progress, explore
 from swarmproof.explore.steps import follow
 from swarmproof.mlr.algorithm1 import CuState
 from swarmproof.mlr.swarm import initial_swarm
-from swarmproof.semantics.switches import BadInput, Semantics
+from swarmproof.semantics.switches import Semantics
 from swarmproof.traces.trace import Trace, record
 from swarmproof.verify.watch import Watch
 

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 from importlib.resources import files
 
 from swarmproof.claims.registry import CLAIMS
+from swarmproof.errors import BadInput
 from swarmproof.explore.search import Limits
-from swarmproof.semantics.switches import BadInput, Semantics
+from swarmproof.semantics.switches import Semantics
 from swarmproof.verify.decide import Decided, Result, Scope, Verdict, verify
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from swarmproof.channel.losses import FOREVER, TermModel
 from swarmproof.channel.pattern import BySender, Losses, Pairs, everything_lost, nothing_lost
-from swarmproof.semantics.switches import BadInput
+from swarmproof.errors import BadInput
 
 _END = r"\*|(?:cu|uav)(?:\*|0|[1-9][0-9]{0,8})"
 _LINK = re.compile(rf"({_END})(?:\s*(->|<->)\s*({_END}))?")

@@ -27,7 +27,7 @@ from pathlib import Path
 from swarmproof.channel.combine import Everything, Linked, Links, Sum, Windowed
 from swarmproof.channel.losses import FOREVER, Burst, Iid, Jam, Losses, LossModel, Recorded, TermModel
 from swarmproof.channel.script import LATER, read_script, shown
-from swarmproof.semantics.switches import BadInput
+from swarmproof.errors import BadInput
 from swarmproof.theorem3.numbers import ENTRY, read_number
 
 #: The models, with an example each.

@@ -37,7 +37,7 @@ from typing import Any
 import numpy as np
 
 from swarmproof.channel.pattern import Losses, Pairs, nothing_lost
-from swarmproof.semantics.switches import BadInput
+from swarmproof.errors import BadInput
 
 SCHEMA = "swarmproof.losses/1"
 #: How long a script may be, and how many rounds it may be about: both far beyond any flight.

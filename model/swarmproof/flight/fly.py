@@ -13,6 +13,7 @@ import numpy as np
 
 from swarmproof.channel.deliver import deliver
 from swarmproof.channel.losses import LossModel
+from swarmproof.errors import BadInput
 from swarmproof.flight.place import Place
 from swarmproof.flight.state import Attempt, Computed, FlightState, Knowledge, KnownTarget, Name, Round
 from swarmproof.mlr import algorithm1
@@ -30,7 +31,7 @@ from swarmproof.planning.planner import Planned, hovering
 from swarmproof.planning.problem import Task
 from swarmproof.planning.trigger import Trigger, priorities
 from swarmproof.scenario.scenario import Scenario
-from swarmproof.semantics.switches import BadInput, Semantics
+from swarmproof.semantics.switches import Semantics
 
 
 class Plans(Protocol):

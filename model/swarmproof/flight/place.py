@@ -12,9 +12,9 @@ from fractions import Fraction
 from math import ceil
 from typing import NamedTuple
 
+from swarmproof.errors import BadInput
 from swarmproof.motion.lattice import LARGEST, Bounds, Lattice
 from swarmproof.scenario.definition import Scenario, flying_space
-from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.numbers import exact_text
 from swarmproof.theorem3.parameters import Parameters
 from swarmproof.theorem3.values import ClosedBox, Vector

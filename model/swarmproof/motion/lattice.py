@@ -22,11 +22,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from swarmproof.errors import BadInput
 from swarmproof.motion.pairs import Floats as Floats
 from swarmproof.motion.pairs import Pairs, turned
 from swarmproof.scenario.definition import flying_space
 from swarmproof.scenario.points import Point
-from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.fleet import Fleet
 from swarmproof.theorem3.numbers import exact_text
 from swarmproof.theorem3.parameters import Parameters

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmproof.semantics.switches import BadInput
+from swarmproof.errors import BadInput
 from swarmproof.theorem3.fleet import Fleet
 from swarmproof.theorem3.parameters import Parameters
 from swarmproof.theorem3.values import Matrix

@@ -8,13 +8,13 @@ from functools import cached_property
 
 import numpy as np
 
+from swarmproof.errors import BadInput
 from swarmproof.motion.lattice import Floats, Lattice
 from swarmproof.motion.pairs import turned
 from swarmproof.planning.accept import Planes
 from swarmproof.planning.ball import directions, share
 from swarmproof.planning.plan import Plan
 from swarmproof.scenario.scenario import EXACT, Tolerance, Weights
-from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.numbers import exact_text
 
 

@@ -22,6 +22,7 @@ from swarmproof.channel.grammar import COMBINED, FORMS, Loss, parse
 from swarmproof.channel.losses import LossModel, Recorded
 from swarmproof.channel.script import write_script
 from swarmproof.commands.options import add_limits, limits_of, whole_number, write_json
+from swarmproof.errors import BadInput
 from swarmproof.explore.search import Limits
 from swarmproof.flight.state import Round
 from swarmproof.planning.trigger import Trigger
@@ -30,7 +31,7 @@ from swarmproof.report.flight_patterns import write_patterns
 from swarmproof.report.flight_positions import check_format, write_positions
 from swarmproof.report.folder import claim_file, claim_folder
 from swarmproof.scenario.scenario import SHIPPED
-from swarmproof.semantics.switches import PRESETS, BadInput
+from swarmproof.semantics.switches import PRESETS
 
 #: Forms of --loss that are no loss models but searches for losses.
 SEARCHES = ("adversary:BUDGET", "exhaustive:ROUNDS")

@@ -15,6 +15,7 @@ from rich.status import Status
 from rich.table import Table
 
 from swarmproof.commands.options import whole_number, write_json
+from swarmproof.errors import BadInput
 from swarmproof.margin.bounds import Margin, from_certificate, margin
 from swarmproof.margin.check import Rejected
 from swarmproof.margin.mixed import of_a_pair
@@ -23,7 +24,6 @@ from swarmproof.margin.solve import NAMES, Extreme, solve_for
 from swarmproof.margin.sweep import Axis, file_name, problems, sweep, write
 from swarmproof.report import margin_more, margin_plot, margin_words, rounding
 from swarmproof.report.folder import claim_file, claim_folder
-from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.fleet import Kind, pairs, read_kinds
 from swarmproof.theorem3.inequality import Truth
 from swarmproof.theorem3.numbers import read_toml

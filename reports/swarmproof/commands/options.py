@@ -6,8 +6,8 @@ import argparse
 import sys
 from pathlib import Path
 
+from swarmproof.errors import BadInput
 from swarmproof.explore.search import Limits
-from swarmproof.semantics.switches import BadInput
 
 
 def whole_number(text: str) -> int:

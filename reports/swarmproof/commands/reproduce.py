@@ -14,6 +14,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from swarmproof.commands.options import whole_number, write_json
+from swarmproof.errors import BadInput
 from swarmproof.report import flight_page, reproduce_words
 from swarmproof.report.folder import claim_file, claim_folder
 from swarmproof.report.reproduce_page import write_reproduction
@@ -23,7 +24,6 @@ from swarmproof.reproduce.experiment import Experiment
 from swarmproof.reproduce.experiments import EXPERIMENTS
 from swarmproof.reproduce.store import Store, Stored
 from swarmproof.reproduce.sweep import sweep
-from swarmproof.semantics.switches import BadInput
 
 MOST_PROCESSES = 256
 _COLOURS: dict[Agreement, str] = {

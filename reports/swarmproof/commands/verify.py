@@ -17,11 +17,12 @@ from rich.table import Table
 
 from swarmproof.claims.registry import select_claims
 from swarmproof.commands.options import add_limits, limits_of, positive_number
+from swarmproof.errors import BadInput
 from swarmproof.explore.search import Limits
 from swarmproof.explore.search import Progress as SearchProgress
 from swarmproof.report.folder import claim_file, claim_folder, write_result
 from swarmproof.report.verdicts import as_json
-from swarmproof.semantics.switches import PRESETS, BadInput, Semantics
+from swarmproof.semantics.switches import PRESETS, Semantics
 from swarmproof.verify.decide import Decided, Result, Scope, Verdict, verify
 from swarmproof.verify.matrix import RowResult, load_matrix, run_matrix, select_rows
 

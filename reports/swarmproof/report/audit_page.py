@@ -13,10 +13,10 @@ from swarmproof.audit.evidence import Vectors
 from swarmproof.audit.steps import Covered, Line
 from swarmproof.audit.table import UNDER_20, CellAudit
 from swarmproof.claims.proofs import samples
+from swarmproof.errors import BadInput
 from swarmproof.report import audit_words, names
 from swarmproof.report.audit_plots import SCENES, STYLE, draw_ranges, draw_scene, draw_step
 from swarmproof.report.page import PAPER, template
-from swarmproof.semantics.switches import BadInput
 from swarmproof.statements.cells import ROLES, Role
 from swarmproof.statements.claim import ProofVerdict
 from swarmproof.statements.grid import Step

@@ -13,11 +13,11 @@ from markupsafe import Markup
 from swarmproof.assess.judge import FlightVerdict, Flown
 from swarmproof.assess.log import Log, Outcome
 from swarmproof.assess.run import Setting
+from swarmproof.errors import BadInput
 from swarmproof.mlr.algorithm1 import CuState
 from swarmproof.report import flight_facts, flight_words, names
 from swarmproof.report.flight_plots import Picture, check_available, pictures
 from swarmproof.report.page import PAPER, template
-from swarmproof.semantics.switches import BadInput
 
 __all__ = ["check_available", "write_flight"]
 

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 from swarmproof.assess.judge import FlightVerdict, Flown
 from swarmproof.assess.log import Log
 from swarmproof.claims.flight import FlightClaim
+from swarmproof.errors import BadInput
 from swarmproof.report.flight_paths import Scene, draw_paths
 from swarmproof.report.flight_separation import down_text, draw_separation, shows_dip
 from swarmproof.report.flight_series import Band, Bins, jumps, one_scale
 from swarmproof.report.flight_timeline import draw_timeline, height
 from swarmproof.report.plot_style import SETTINGS
-from swarmproof.semantics.switches import BadInput
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

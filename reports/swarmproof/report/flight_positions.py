@@ -10,9 +10,9 @@ from typing import Any
 
 from swarmproof.assess.positions import PlanRow, Positions
 from swarmproof.assess.run import Setting
+from swarmproof.errors import BadInput
 from swarmproof.report.flight_bounds import bounds_document
 from swarmproof.scenario.digest import digest
-from swarmproof.semantics.switches import BadInput
 
 SCHEMA = "swarmproof.positions/1"
 COLUMNS = ("time", "round", "uav", "x", "y", "z", "actual_x", "actual_y", "actual_z")

@@ -6,9 +6,9 @@ import tempfile
 from pathlib import Path
 
 from swarmproof.claims.registry import CLAIMS
+from swarmproof.errors import BadInput
 from swarmproof.report.page import counterexample_page, overview_page
 from swarmproof.report.verdicts import as_json
-from swarmproof.semantics.switches import BadInput
 from swarmproof.traces.trace import encode, replay
 from swarmproof.verify.decide import Result
 

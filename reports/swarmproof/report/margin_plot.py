@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from swarmproof.errors import BadInput
 from swarmproof.margin.bounds import Margin
 from swarmproof.margin.witness import Motion
 from swarmproof.report.folder import claim_file
@@ -34,7 +35,6 @@ from swarmproof.report.plot_style import (
     limit,
     verdict,
 )
-from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.inequality import Truth, guaranteed_separation
 from swarmproof.theorem3.nothing import about_nothing
 

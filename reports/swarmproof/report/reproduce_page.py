@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from swarmproof.claims.repeated import Observation
+from swarmproof.errors import BadInput
 from swarmproof.report import reproduce_words
 from swarmproof.report.page import PAPER, template
 from swarmproof.report.reproduce_numbers import Data
@@ -16,7 +17,6 @@ from swarmproof.reproduce.cell import Cell
 from swarmproof.reproduce.decide import Agreement, DecidedClaim, decide_variant
 from swarmproof.reproduce.experiment import Experiment, Variant
 from swarmproof.reproduce.store import Stored
-from swarmproof.semantics.switches import BadInput
 
 #: The sign before a verdict, and its style.
 SIGNS: dict[Agreement, tuple[str, str]] = {

@@ -13,7 +13,8 @@ from swarmproof.claims import predicates
 from swarmproof.claims.observed import ObservedSwarm, ObservedUav
 from swarmproof.claims.predicates import Broken
 from swarmproof.claims.proofs.registry import is_proof_claim
-from swarmproof.semantics.switches import BadInput, Semantics
+from swarmproof.errors import BadInput
+from swarmproof.semantics.switches import Semantics
 
 
 class Kind(Enum):

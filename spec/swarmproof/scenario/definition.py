@@ -9,9 +9,9 @@ from fractions import Fraction
 from itertools import combinations
 from math import isfinite, sqrt
 
+from swarmproof.errors import BadInput
 from swarmproof.scenario.choices import MOST_ROUNDS, USUAL, Choices, changed
 from swarmproof.scenario.points import Point, closest_pair, draw, moved_box, moved_points, scaling
-from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.fleet import Fleet, Kind
 from swarmproof.theorem3.numbers import exact_text
 from swarmproof.theorem3.parameters import Parameters

@@ -8,7 +8,7 @@ from itertools import chain, combinations
 from math import ceil, dist, floor, lcm
 from random import Random
 
-from swarmproof.semantics.switches import BadInput
+from swarmproof.errors import BadInput
 from swarmproof.theorem3.numbers import exact_text
 from swarmproof.theorem3.values import Box, ClosedBox, Matrix, Vector
 

@@ -72,6 +72,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from swarmproof.errors import BadInput
 from swarmproof.scenario.choices import CHOICES, LEAST_ROUNDS, MOST_ROUNDS, USUAL, WORDS, Choices
 from swarmproof.scenario.definition import (
     ASSIGNMENTS,
@@ -112,7 +113,6 @@ from swarmproof.scenario.tables import (
     within,
     word,
 )
-from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.fleet import Fleet, Kind, read_kinds
 from swarmproof.theorem3.numbers import ENTRY, near_match, read_toml, shown
 from swarmproof.theorem3.parameters import NAMES, Parameters

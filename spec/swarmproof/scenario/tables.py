@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
 
+from swarmproof.errors import BadInput
 from swarmproof.scenario.points import Point
-from swarmproof.semantics.switches import BadInput
 from swarmproof.theorem3.numbers import COORDINATE, QUANTITY, Magnitude, exact_text, near_match, read_number, shown
 
 Table = Mapping[str, object]

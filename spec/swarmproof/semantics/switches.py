@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, fields
 
+from swarmproof.errors import BadInput
+
 #: Every switch with its values; the first value is the default.
 SWITCHES: dict[str, tuple[str, ...]] = {
     "deprecation": ("all", "one"),
@@ -39,10 +41,6 @@ ABOUT: dict[str, str] = {
     "initial": "what the CUs know in the first computation phase (Algorithm 1, lines 1-5, against Remark 2)",
     "loss_handling": "MLR-DMPC, or the older DMPC that ignores message loss",
 }
-
-
-class BadInput(ValueError):
-    """The user asked for something that cannot be; the message is one sentence that says what would be right."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from functools import cached_property
 from itertools import combinations_with_replacement
 from typing import Any, NamedTuple
 
-from swarmproof.semantics.switches import BadInput
+from swarmproof.errors import BadInput
 from swarmproof.theorem3.numbers import near_match, shown
 from swarmproof.theorem3.parameters import Parameters
 from swarmproof.theorem3.values import NORMS, OF_A_KIND, Matrix, Vector, diagonal

@@ -13,7 +13,7 @@ from enum import StrEnum
 from fractions import Fraction
 from typing import Any
 
-from swarmproof.semantics.switches import BadInput
+from swarmproof.errors import BadInput
 from swarmproof.theorem3.numbers import (
     MOST_TEXT,
     exact_text,

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any, TypeVar
 
-from swarmproof.semantics.switches import BadInput
+from swarmproof.errors import BadInput
 from swarmproof.theorem3.numbers import (
     BOUND,
     ENTRY,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from swarmproof.claims.proofs import bounds, feasibility, pairs, rest, samples, separation, tolerance
-from swarmproof.semantics.switches import BadInput
+from swarmproof.errors import BadInput
 from swarmproof.statements.claim import ProofClaim
 
 PROOF_CLAIMS: tuple[ProofClaim, ...] = (
