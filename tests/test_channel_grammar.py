@@ -17,7 +17,8 @@ from tests.test_channel_losses import arrays, same
 from swarmproof.channel import combine, grammar
 from swarmproof.channel.combine import Links, Sum, Windowed
 from swarmproof.channel.deliver import deliver
-from swarmproof.channel.grammar import COMBINED, FORMS, parse
+from swarmproof.channel.forms import COMBINED, FORMS
+from swarmproof.channel.grammar import parse
 from swarmproof.channel.losses import FOREVER, Burst, Iid, Jam, Losses, LossModel, TermModel
 from swarmproof.channel.pattern import BySender
 from swarmproof.errors import BadInput

@@ -11,7 +11,8 @@ from math import log, sqrt
 import numpy as np
 import pytest
 
-from swarmproof.channel.grammar import FORMS, parse
+from swarmproof.channel.forms import FORMS
+from swarmproof.channel.grammar import parse
 from swarmproof.channel.losses import Burst, Iid, Jam, Losses, LossModel, Recorded, nothing_lost
 from swarmproof.channel.pattern import Pairs
 from swarmproof.errors import BadInput

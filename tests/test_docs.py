@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 from tests.verdict_table import render
 
-from swarmproof.cli import main, parser
+from swarmproof.cli import main
+from swarmproof.options.parser import parser
 from swarmproof.semantics.switches import PRESETS, SWITCHES
 
 ROOT = Path(__file__).parent.parent

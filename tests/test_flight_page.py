@@ -21,13 +21,13 @@ from swarmproof.assess.log import Log, Logged, Outcome, moved
 from swarmproof.assess.run import Setting, fly
 from swarmproof.channel.grammar import parse
 from swarmproof.claims.flight import FLIGHT_CLAIMS
-from swarmproof.errors import BadInput
+from swarmproof.errors import BadInput, Failed
 from swarmproof.mlr.algorithm1 import CuState
+from swarmproof.output import LISTED, ReportFolder
 from swarmproof.planning.planner import Planned
 from swarmproof.planning.problem import Task
 from swarmproof.planning.solvers import Status
-from swarmproof.planning.trigger import Trigger
-from swarmproof.report.flight_page import check_available, flight_page, inlined, write_flight
+from swarmproof.report.flight_page import check_available, flight_page, inlined, put_flight
 from swarmproof.report.flight_paths import PART, WHOLE, in_view, shown_rounds
 from swarmproof.report.flight_plots import Picture, first_violations
 from swarmproof.report.flight_separation import down_text, is_enlarged
@@ -45,6 +45,7 @@ from swarmproof.report.flight_series import (
 from swarmproof.report.flight_timeline import MOST_MARKS
 from swarmproof.scenario.scenario import load
 from swarmproof.semantics.switches import Semantics
+from swarmproof.semantics.trigger import Trigger
 
 SVG = "{http://www.w3.org/2000/svg}"
 #: A flight: setting, losses, verdicts, log.
@@ -73,9 +74,15 @@ def violating() -> Seen:
 def report_of(flight: Seen) -> dict[str, str]:
     """Return what is written of a flight, by file."""
     with tempfile.TemporaryDirectory() as folder:
-        page = write_flight(Path(folder), *flight)
-        assert page == Path(folder, "index.html")
-        return {path.name: path.read_text(encoding="utf-8") for path in Path(folder).iterdir()}
+        write_flight(Path(folder), flight)
+        return {path.name: path.read_text(encoding="utf-8") for path in Path(folder).iterdir() if path.name != LISTED}
+
+
+def write_flight(folder: Path, flight: Seen) -> None:
+    """Write the report of a flight into a folder."""
+    with ReportFolder(folder) as report:
+        put_flight(report, *flight)
+        report.publish()
 
 
 FLIGHTS: dict[str, Callable[[], Seen]] = {"quiet": seen, "violating": violating}
@@ -454,7 +461,7 @@ def test_without_matplotlib_it_says_what_to_install(monkeypatch: pytest.MonkeyPa
     with pytest.raises(BadInput, match=r"pip install 'swarmproof\[plots\]'$"):
         check_available()
     with pytest.raises(BadInput, match=r"pip install 'swarmproof\[plots\]'$"):
-        write_flight(tmp_path, *flight)
+        write_flight(tmp_path, flight)
     assert not list(tmp_path.iterdir())
 
 
@@ -467,5 +474,5 @@ def test_importing_the_page_does_not_import_matplotlib() -> None:
 def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
     """Where a file cannot be written, one sentence says so."""
     (tmp_path / "paths.svg").mkdir()
-    with pytest.raises(BadInput, match="give a folder that can be written to"):
-        write_flight(tmp_path, *seen())
+    with pytest.raises(Failed, match="cannot be written: Is a directory"):
+        write_flight(tmp_path, seen())

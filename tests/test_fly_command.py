@@ -14,13 +14,14 @@ import pytest
 
 from swarmproof.assess.exhaustive import Exhaustive, explore_flights
 from swarmproof.assess.run import Setting
-from swarmproof.channel.grammar import COMBINED
+from swarmproof.channel.forms import COMBINED
 from swarmproof.channel.losses import LossModel
 from swarmproof.channel.pattern import Losses, nothing_lost
 from swarmproof.claims.flight import FLIGHT_CLAIMS
 from swarmproof.claims.registry import CLAIMS, Kind
-from swarmproof.cli import BAD_INPUT, INTERRUPTED, main
+from swarmproof.cli import main
 from swarmproof.commands import fly as command
+from swarmproof.exit_codes import ExitCode
 from swarmproof.explore.search import Limits
 from swarmproof.report.verdicts import ClaimJson
 
@@ -95,7 +96,7 @@ def sentence(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     """Run a command that cannot be, and return the one sentence that it says."""
     code = main(["fly", *arguments])
     captured = capsys.readouterr()
-    assert code == BAD_INPUT
+    assert code == ExitCode.BAD_INPUT
     assert captured.out == ""
     (line,) = captured.err.strip().splitlines()
     assert line.startswith("swarmproof: ")
@@ -466,7 +467,7 @@ def test_a_flight_interrupted_at_once_says_so(
 ) -> None:
     """Without a round, there is nothing to tell but that."""
     monkeypatch.setattr(command, "parse", _interrupted_at(0))
-    assert main(FINE) == INTERRUPTED
+    assert main(FINE) == ExitCode.INTERRUPTED
     captured = capsys.readouterr()
     assert captured.err.strip() == "swarmproof: interrupted"
     assert captured.out == ""

@@ -11,7 +11,8 @@ from typing import Any
 
 import pytest
 
-from swarmproof.cli import BAD_INPUT, main
+from swarmproof.cli import main
+from swarmproof.exit_codes import ExitCode
 from swarmproof.scenario.digest import canonical_text, digest
 from swarmproof.scenario.scenario import Scenario, load
 
@@ -142,7 +143,7 @@ def test_positions_that_cannot_be_written(
 ) -> None:
     """What cannot be written is refused before anything is flown."""
     monkeypatch.chdir(tmp_path)
-    assert main(["fly", "crossing", *arguments]) == BAD_INPUT
+    assert main(["fly", "crossing", *arguments]) == ExitCode.BAD_INPUT
     captured = capsys.readouterr()
     assert captured.out == ""
     assert says in captured.err

@@ -477,13 +477,14 @@ def test_bad_input_is_one_sentence(
 def test_what_cannot_be_written_in_the_end_is_one_sentence(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A folder that is gone when the result is written is bad input, too, not a traceback."""
-    monkeypatch.setattr(command, "_claim", lambda options: None)
+    """A folder that is gone when the result is written is a failure of the world, and the verdict is told all the same."""
+    monkeypatch.setattr(command, "_reserve", lambda options: None)
     for option in ("--json", "--certificate"):
-        assert main([*HOLDS, option, str(tmp_path / "gone" / "file.json")]) == 2
+        assert main([*HOLDS, option, str(tmp_path / "gone" / "file.json")]) == 4
         captured = capsys.readouterr()
         assert captured.err.startswith("swarmproof: ")
         assert captured.err.count("\n") == 1
+        assert "(26) corrected" in captured.out
 
 
 def test_a_certificate_of_other_parameters_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

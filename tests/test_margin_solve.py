@@ -19,10 +19,10 @@ from swarmproof.margin import solve as module
 from swarmproof.margin.bounds import Margin, from_certificate, margin
 from swarmproof.margin.check import check
 from swarmproof.margin.problem import Problem
-from swarmproof.margin.solve import MOST_TRIALS, NAMES, PRECISION, Extreme, changed, decide, solve_for
+from swarmproof.margin.solve import MOST_TRIALS, PRECISION, Extreme, changed, decide, solve_for
 from swarmproof.report import margin_words
 from swarmproof.theorem3.inequality import Truth, corrected
-from swarmproof.theorem3.parameters import Parameters, Reading
+from swarmproof.theorem3.parameters import EXTREMES, Parameters, Reading
 
 Decision = tuple[Truth, Margin | None]
 
@@ -166,7 +166,7 @@ def test_a_decision_has_a_certificate_or_none() -> None:
     assert decide(Problem(QUICK, Reading.AS_SAMPLED)) == (Truth.FAILS, None)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", EXTREMES)
 def test_what_a_reading_does_not_take_is_bad_input(name: str) -> None:
     """A T_b that does not divide T_s is bad input before anything is tried, and so is an unknown name."""
     with pytest.raises(BadInput, match="reading as-sampled needs T_s to be a whole multiple of T_b"):
@@ -240,7 +240,7 @@ def test_v_max_is_set_on_all_axes(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("truth", Truth)
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", EXTREMES)
 def test_one_answer_everywhere_ends(name: str, truth: Truth, monkeypatch: pytest.MonkeyPatch) -> None:
     """If all values give the same answer, the search ends, and the other answers are none."""
     tried = pretend(monkeypatch, name, lambda value: truth)

@@ -18,6 +18,10 @@ from swarmproof.verify.matrix import Row, as_toml, load_matrix, run_matrix, sele
 from swarmproof.verify.record import configurations
 
 
+def unheard(told: object) -> None:
+    """Listen to nothing."""
+
+
 def small_rows() -> list[Row]:
     """Return rows that take no time."""
     return select_rows(load_matrix(), 2, 1, None)
@@ -47,7 +51,7 @@ def test_matrix_records_what_the_recorder_lists() -> None:
 
 def test_recording_is_read_back() -> None:
     """What is recorded of a run is what a run is compared with: no change."""
-    results = run_matrix(small_rows())
+    results = run_matrix(small_rows(), Limits(), 2, unheard, unheard)
     assert [one.changes for one in results] == [[]] * len(results)
     again = tomllib.loads("\n".join(as_toml(results)))["configuration"]
     assert [entry["expect"] for entry in again] == [one.row.expected for one in results]
@@ -76,7 +80,7 @@ def test_known_flaw_is_no_error(capsys: pytest.CaptureFixture[str]) -> None:
 def test_undecided_matrix_has_its_exit_code() -> None:
     """A matrix that is cut short ends with exit code 3: undecided is no changed verdict."""
     assert main(["verify", "--matrix", "--uavs", "2", "--cus", "1", "--semantics", "printed", "--max-states", "9"]) == 3
-    (result,) = run_matrix(select_rows(load_matrix(), 2, 1, "printed"), Limits(max_states=9))
+    (result,) = run_matrix(select_rows(load_matrix(), 2, 1, "printed"), Limits(max_states=9), 2, unheard, unheard)
     assert result.undecided
     assert result.changes == []
 

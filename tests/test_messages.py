@@ -9,7 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from swarmproof.cli import BAD_INPUT, EXAMPLES, main, parser
+from swarmproof.cli import main
+from swarmproof.exit_codes import ExitCode
+from swarmproof.options.parser import EXAMPLES, parser
 
 #: How a message shows what would be right.
 SHOWS = re.compile(
@@ -235,7 +237,7 @@ def sentence(capsys: pytest.CaptureFixture[str], arguments: list[str]) -> str:
     """Run what cannot be, and return its one sentence."""
     code = main(arguments)
     captured = capsys.readouterr()
-    assert code == BAD_INPUT, captured
+    assert code == ExitCode.BAD_INPUT, captured
     assert captured.out == ""
     (line,) = captured.err.strip().splitlines()
     return line.removeprefix("swarmproof: ")

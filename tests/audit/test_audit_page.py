@@ -8,7 +8,6 @@ from dataclasses import replace
 from fractions import Fraction
 from html import unescape
 from html.parser import HTMLParser
-from pathlib import Path
 
 import pytest
 
@@ -19,8 +18,7 @@ from swarmproof.audit.steps import Covered, decide_step
 from swarmproof.audit.table import CellAudit, audit_cells
 from swarmproof.claims.proofs.registry import PROOF_CLAIMS, select_proof_claims
 from swarmproof.claims.proofs.samples import eq_20, planes, repaired_20, rest
-from swarmproof.errors import BadInput
-from swarmproof.report.audit_page import audit_page, write_audit
+from swarmproof.report.audit_page import audit_page
 from swarmproof.report.audit_plots import SCENES, draw_ranges, draw_scene, draw_step
 from swarmproof.report.audit_words import shown
 from swarmproof.statements.cells import ROLES, cells
@@ -249,11 +247,3 @@ def test_the_printed_chain_has_gaps_and_the_repaired_one_has_none() -> None:
         *(2,),  # (23) in round k+1 from (21)
     }
     assert "not covered" not in repaired
-
-
-def test_the_page_is_written(tmp_path: Path) -> None:
-    """The page is index.html of the folder; a folder that is none is bad input."""
-    assert write_audit(AUDITED[:1], [], tmp_path) == tmp_path / "index.html"
-    assert (tmp_path / "index.html").read_text(encoding="utf-8") == audit_page(AUDITED[:1], [])
-    with pytest.raises(BadInput, match="cannot write to"):
-        write_audit(AUDITED[:1], [], tmp_path / "missing")

@@ -86,7 +86,7 @@ def test_bad_input_is_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture
     for options in (
         ["--claim", "lemma-9"],
         ["--report", str(tmp_path / "file")],
-        ["--json", str(tmp_path / "a" / "b")],
+        ["--json", str(tmp_path / "file" / "b")],
     ):
         assert main(["audit", "--claim", "lemma-3", *options]) == 2
         assert capsys.readouterr().err.count("\n") == 1

@@ -18,9 +18,9 @@ from swarmproof.planning.plan import Plan
 from swarmproof.planning.planner import Planned, Planner
 from swarmproof.planning.problem import Task
 from swarmproof.planning.solvers import Answer, QuadraticProgram, Solver, Status, solve_with_piqp
-from swarmproof.planning.trigger import Trigger
 from swarmproof.scenario.scenario import Scenario, Weights, load
 from swarmproof.semantics.switches import Semantics
+from swarmproof.semantics.trigger import Trigger
 from swarmproof.theorem3.parameters import Parameters
 from swarmproof.theorem3.values import closed
 

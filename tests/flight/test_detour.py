@@ -28,8 +28,8 @@ from swarmproof.planning.detour import (
     swarm_deadlocked,
 )
 from swarmproof.planning.outlook import ARRIVED, Outlook
-from swarmproof.planning.trigger import Trigger
 from swarmproof.scenario.scenario import USUAL, Choices, Scenario, TargetChange, Weights
+from swarmproof.semantics.trigger import Trigger
 
 Point = tuple[float, float, float]
 STEP, LONGEST = USUAL.detour_step, USUAL.detour_rounds

@@ -35,9 +35,9 @@ from swarmproof.flight.state import Computed, FlightState
 from swarmproof.motion.lattice import Lattice
 from swarmproof.planning.planner import Planned, Planner
 from swarmproof.planning.problem import Task
-from swarmproof.planning.trigger import Trigger
 from swarmproof.scenario.scenario import Weights
 from swarmproof.semantics.switches import Semantics
+from swarmproof.semantics.trigger import Trigger
 
 
 def silent(k: int, done: int, size: int) -> None:

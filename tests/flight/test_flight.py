@@ -41,10 +41,10 @@ from swarmproof.planning.plan import Plan
 from swarmproof.planning.planner import Planned
 from swarmproof.planning.problem import Task
 from swarmproof.planning.solvers import Status
-from swarmproof.planning.trigger import Trigger
 from swarmproof.scenario.points import Point
 from swarmproof.scenario.scenario import load
 from swarmproof.semantics.switches import PRESETS, SWITCHES, Semantics
+from swarmproof.semantics.trigger import Trigger
 
 #: Three UAVs, of which two swap places in round 5.
 A, B, C = points((-0.8, 0.0, 1.0), (0.8, 0.3, 1.2), (0.0, 1.2, 1.0))

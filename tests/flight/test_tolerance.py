@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 from dataclasses import replace
 from fractions import Fraction
@@ -16,7 +15,7 @@ from tests.flight.flights import Recording, record, violated
 from tests.flight.settings import lattice, setting
 
 from swarmproof.assess.candidates import tracked
-from swarmproof.commands import fly
+from swarmproof.cli import main
 from swarmproof.errors import BadInput
 from swarmproof.flight.state import FlightState
 from swarmproof.planning.accept import broken_constraint, old_satisfies, right_side, wrong_sides
@@ -215,10 +214,7 @@ def test_what_is_said_names_the_fault() -> None:
 
 def test_the_command_flies_it(capsys: pytest.CaptureFixture[str]) -> None:
     """``fly crossing --set tolerance=0.01`` says that the planner is faulty, and exits with 1: claims are violated."""
-    parser = argparse.ArgumentParser()
-    fly.add_parser(parser.add_subparsers())
-    options = parser.parse_args(["fly", "crossing", "--rounds", "12", "--set", "tolerance=0.01"])
-    assert options.run(options) == 1
+    assert main(["fly", "crossing", "--rounds", "12", "--set", "tolerance=0.01"]) == 1
     told = " ".join(capsys.readouterr().out.split())
     assert "with a faulty planner (tolerance): violated: " in told
     assert "A fault was flown: plans may violate rows of (13f) by 0.01 m" in told

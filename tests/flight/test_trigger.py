@@ -19,8 +19,9 @@ from swarmproof.motion.lattice import Floats
 from swarmproof.planning.outlook import ARRIVED, NEIGHBOURHOOD, STILL, Outlook, look
 from swarmproof.planning.plan import Plan
 from swarmproof.planning.planner import Planner
-from swarmproof.planning.trigger import DEADLOCKED, LARGEST, LONGEST, OLDEST, SHORTEST, Trigger, priorities
+from swarmproof.planning.trigger import DEADLOCKED, LARGEST, LONGEST, OLDEST, SHORTEST, priorities
 from swarmproof.scenario.scenario import USUAL, Choices
+from swarmproof.semantics.trigger import Trigger
 
 EVERY = pytest.mark.parametrize("trigger", list(Trigger))
 DISTANCES = st.one_of(st.just(0.0), st.floats(1e-6, 1e6))

@@ -13,10 +13,10 @@ import pytest
 from swarmproof.assess.run import Setting
 from swarmproof.channel.grammar import parse
 from swarmproof.channel.losses import Losses
-from swarmproof.commands import fly
 from swarmproof.errors import BadInput
-from swarmproof.planning.trigger import Trigger
+from swarmproof.options import parser
 from swarmproof.reproduce.cell import DIGITS, Cell
+from swarmproof.semantics.trigger import Trigger
 
 CELL = Cell("random", 3, "DT", "iid:0.25", "ignore-loss", 7, 40, ("uavs=5", "hold=20"))
 #: The same with each field changed in turn.
@@ -35,9 +35,7 @@ OTHERS = {
 
 def options(cell: Cell) -> argparse.Namespace:
     """Return what `swarmproof fly` makes of the words of a cell."""
-    parser = argparse.ArgumentParser()
-    fly.add_parser(parser.add_subparsers())
-    return parser.parse_args(["fly", *cell.words])
+    return parser.parse(["fly", *cell.words])
 
 
 @pytest.mark.parametrize("cell", [CELL, *OTHERS.values()], ids=["itself", *OTHERS])

@@ -19,8 +19,9 @@ import pytest
 
 from swarmproof.claims.experiments import IGNORING, MLR
 from swarmproof.claims.repeated import ExperimentClaim, Never, Observation, Sometimes, Value
-from swarmproof.cli import BAD_INPUT, main
+from swarmproof.cli import main
 from swarmproof.commands import reproduce as command
+from swarmproof.exit_codes import ExitCode
 from swarmproof.report import reproduce_words
 from swarmproof.reproduce import decide as decide_module
 from swarmproof.reproduce import made_by as made_by_module
@@ -435,7 +436,7 @@ def test_bad_input_is_one_sentence(
     """Nothing is flown, nothing is printed but one sentence that says what is wrong, and the exit code is 2."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(command, "sweep", lambda *arguments: pytest.fail("flown"))
-    assert main(["reproduce", *arguments]) == BAD_INPUT
+    assert main(["reproduce", *arguments]) == ExitCode.BAD_INPUT
     captured = capsys.readouterr()
     assert captured.out == ""
     (line,) = captured.err.strip().splitlines()
@@ -450,7 +451,7 @@ def test_a_cell_that_cannot_be_flown_is_bad_input(
     broken = replace(CHOSEN[0], changes=("wind=3",))
     experiment = replace(small(observing())(True), variants=(Variant(AS_CHOSEN, "", (broken,)),))
     monkeypatch.setattr(command, "EXPERIMENTS", {"fig4": lambda quick: experiment})
-    assert run(tmp_path) == BAD_INPUT
+    assert run(tmp_path) == ExitCode.BAD_INPUT
     line = capsys.readouterr().err.strip().splitlines()[-1]
     assert line.startswith("swarmproof: ")
     assert "wind" in line

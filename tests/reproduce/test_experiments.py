@@ -15,12 +15,12 @@ from swarmproof.channel.losses import Iid, Jam
 from swarmproof.claims.experiments import EXPERIMENT_CLAIMS, FOR_EVER, FORMATIONS, IGNORING, MLR, PERIOD_S, PRINTED
 from swarmproof.claims.repeated import Observation
 from swarmproof.motion.lattice import Lattice
-from swarmproof.planning.trigger import Trigger
 from swarmproof.reproduce.cell import Cell
 from swarmproof.reproduce.experiment import AS_CHOSEN, JITTER, METHODS, Experiment, Variant, seconds
 from swarmproof.reproduce.experiments import EXPERIMENTS
 from swarmproof.reproduce.measure import RADII, REACHED, Leg, Measured
 from swarmproof.semantics.switches import PRESETS, Semantics
+from swarmproof.semantics.trigger import Trigger
 
 NAMES = list(EXPERIMENTS)
 both = pytest.mark.parametrize("quick", [False, True], ids=["full", "quick"])

@@ -14,9 +14,9 @@ from swarmproof.flight.place import place
 from swarmproof.flight.state import Round
 from swarmproof.flight.tracking import TrackingError
 from swarmproof.planning.planner import Planner
-from swarmproof.planning.trigger import Trigger
 from swarmproof.scenario.scenario import Scenario, load
 from swarmproof.semantics.switches import SWITCHES, Semantics
+from swarmproof.semantics.trigger import Trigger
 
 MOST_CUS = 16
 

@@ -30,9 +30,9 @@ from swarmproof.channel.grammar import parse
 from swarmproof.errors import BadInput
 from swarmproof.motion.lattice import Floats
 from swarmproof.planning.problem import Task
-from swarmproof.planning.trigger import Trigger
 from swarmproof.scenario.scenario import load
 from swarmproof.semantics.switches import Semantics
+from swarmproof.semantics.trigger import Trigger
 
 SCHEMA = "swarmproof.bench/1"
 #: How many threads numpy and the solvers may use is read from these when they are imported.

@@ -19,10 +19,9 @@ from swarmproof.theorem3.inequality import (
 )
 from swarmproof.theorem3.nothing import about_nothing
 from swarmproof.theorem3.numbers import exact_text
-from swarmproof.theorem3.parameters import Parameters, Reading
+from swarmproof.theorem3.parameters import EXTREMES, Parameters, Reading
 
 #: What can be solved for: the largest T_c or v_max, the smallest d̂_min.
-NAMES = ("T_c", "v_max", "v_norm", "d_hat_min")
 #: How close the two answers are brought to each other, relative to their size, and the largest number of trials.
 PRECISION, MOST_TRIALS = Fraction(1, 10**4), 60
 #: Digits after the point of the values tried, and the smallest and the largest one.
@@ -93,8 +92,8 @@ def solve_for(name: str, given: Parameters, reading: Reading, say: Say = lambda 
     Raises:
         BadInput: a name that cannot be solved for, or parameters that the reading does not take.
     """
-    if name not in NAMES:
-        raise BadInput(f"--solve-for takes one of {', '.join(NAMES)}, not {name!r}")
+    if name not in EXTREMES:
+        raise BadInput(f"--solve-for takes one of {', '.join(EXTREMES)}, not {name!r}")
     given.check_reading(reading)
     if name in ("T_c", "d_hat_min") and about_nothing(replace(given, workspace=None), reading):
         return Extreme(name, None, None, None)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 
 from swarmproof.errors import BadInput
+from swarmproof.files.writing import write
 from swarmproof.margin.bounds import Margin, Say, from_certificate, margin
 from swarmproof.margin.check import Rejected, read
 from swarmproof.margin.problem import Problem
@@ -132,7 +132,7 @@ def sweep(
         if found is None:
             found = margin(problem, say)
             if folder is not None:
-                write(found, folder / file_name(problem))
+                write(folder / file_name(problem), certificate_text(found))
         results.append(found)
         progress(number, problem, found)
     return results
@@ -150,19 +150,6 @@ def _stored(problem: Problem, folder: Path | None) -> Margin | None:
     return replace(found, problem=problem) if found.problem == problem else None
 
 
-def write(found: Margin, path: Path) -> None:
-    """Write the certificate, whole or not at all; what is no regular file, such as a pipe, is not replaced.
-
-    Raises:
-        BadInput: the file cannot be written.
-    """
-    text = json.dumps(found.certificate, indent=1) + "\n"
-    part = path.with_name(path.name + ".part")
-    try:
-        if path.exists() and not path.is_file():
-            path.write_text(text, encoding="ascii")
-        else:
-            part.write_text(text, encoding="ascii")
-            os.replace(part, path)
-    except OSError as error:
-        raise BadInput(f"the certificate cannot be written to {path}: {error.strerror}") from None
+def certificate_text(found: Margin) -> str:
+    """Return the certificate as the JSON document that :mod:`swarmproof.margin.check` reads."""
+    return json.dumps(found.certificate, indent=1) + "\n"

@@ -11,6 +11,7 @@ from pathlib import Path
 import msgspec
 
 from swarmproof.errors import BadInput
+from swarmproof.files.writing import write
 from swarmproof.reproduce.cell import Cell
 from swarmproof.reproduce.made_by import made_by
 from swarmproof.reproduce.measure import Measured
@@ -68,7 +69,7 @@ class Store:
         """Write down what was measured, whole or not at all.
 
         Raises:
-            BadInput: the file cannot be written.
+            Failed: the file cannot be written.
         """
         table = {
             "format": FORMAT,
@@ -78,15 +79,7 @@ class Store:
             "seconds": round(stored.seconds, 3),
             "measured": stored.measured.as_json(),
         }
-        path = self._path(cell)
-        part = path.with_suffix(f".{os.getpid()}.part")  # another command may write the same cell
-        try:
-            part.write_text(json.dumps(table) + "\n", encoding="ascii")
-            os.replace(part, path)
-        except OSError as error:
-            raise BadInput(
-                f"a result cannot be written to {path}: {error.strerror}; choose another --results"
-            ) from None
+        write(self._path(cell), json.dumps(table) + "\n")
 
     def _path(self, cell: Cell) -> Path:
         return self.folder / f"{cell.id}.json"

@@ -5,13 +5,12 @@ A known flaw of a paper is an expected *violated*; what must not pass unnoticed 
 
 from __future__ import annotations
 
-import multiprocessing
 import tomllib
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from importlib.resources import files
 
+from swarmproof.campaign.pool import run_jobs
 from swarmproof.claims.registry import CLAIMS
 from swarmproof.errors import BadInput
 from swarmproof.explore.search import Limits
@@ -99,37 +98,37 @@ def select_rows(rows: Sequence[Row], uavs: int | None, cus: int | None, preset: 
     return selected
 
 
-def _run(row: Row, limits: Limits) -> Result:
+def _run(job: tuple[Row, Limits]) -> Result:
+    row, limits = job
     return verify(row.scope, CLAIMS, limits)
 
 
 def run_matrix(
     rows: Sequence[Row],
-    limits: Limits | None = None,
-    processes: int = 2,
-    on_row: Callable[[RowResult], None] | None = None,
+    limits: Limits,
+    processes: int,
+    on_row: Callable[[RowResult], None],
+    say: Callable[[str], None],
 ) -> list[RowResult]:
     """Verify every row, several at a time, and return what was found, in the order of `rows`.
 
-    An interrupt ends it early; what is finished is returned.
+    An interrupt ends it early; what is finished is returned. `say` is told in a sentence of a process that was killed.
+
+    Raises:
+        Failed: processes are killed again and again.
     """
     found: dict[str, RowResult] = {}
-    with ProcessPoolExecutor(processes) as pool:
-        # the longest first, so that no core is idle at the end
-        longest_first = sorted(
-            rows, key=lambda row: (-row.uavs * row.cus, "event_trigger=round-robin" not in row.overrides)
-        )
-        running: dict[Future[Result], Row] = {pool.submit(_run, row, limits or Limits()): row for row in longest_first}
-        try:
-            for future in as_completed(running):
-                row_result = RowResult(running[future], future.result())
-                found[row_result.row.name] = row_result
-                if on_row is not None:
-                    on_row(row_result)
-        except KeyboardInterrupt:
-            pool.shutdown(wait=False, cancel_futures=True)
-            for worker in multiprocessing.active_children():  # what a worker has begun, nobody waits for any more
-                worker.terminate()
+
+    def keep(job: tuple[Row, Limits], result: Result) -> None:
+        row_result = RowResult(job[0], result)
+        found[row_result.row.name] = row_result
+        on_row(row_result)
+
+    # the longest first, so that no core is idle at the end
+    longest_first = sorted(
+        rows, key=lambda row: (-row.uavs * row.cus, "event_trigger=round-robin" not in row.overrides)
+    )
+    run_jobs(_run, [(row, limits) for row in longest_first], processes, keep, say)
     return [found[row.name] for row in rows if row.name in found]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 
+from swarmproof.explore.search import Limits
 from swarmproof.semantics.switches import PRESETS, SWITCHES, Semantics
 from swarmproof.verify.matrix import Row, as_toml, run_matrix
 
@@ -44,7 +45,10 @@ def main() -> None:
     def tell(row_result: object) -> None:
         print(".", end="", file=sys.stderr, flush=True)
 
-    for line in as_toml(run_matrix(rows, on_row=tell)):
+    def say(sentence: str) -> None:
+        print(sentence, file=sys.stderr)
+
+    for line in as_toml(run_matrix(rows, Limits(), 2, tell, say)):
         print(line)
 
 

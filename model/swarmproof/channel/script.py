@@ -38,6 +38,7 @@ import numpy as np
 
 from swarmproof.channel.pattern import Losses, Pairs, nothing_lost
 from swarmproof.errors import BadInput
+from swarmproof.files.writing import write
 
 SCHEMA = "swarmproof.losses/1"
 #: How long a script may be, and how many rounds it may be about: both far beyond any flight.
@@ -112,9 +113,15 @@ def write_script(path: Path, losses_by_round: Sequence[Losses], uavs: int, cus: 
     """Write the losses of rounds 0, 1, ... to a file that :func:`read_script` reads.
 
     Raises:
-        BadInput: the file cannot be written, or would be too long to be read.
+        BadInput: the file would be too long to be read.
+        Failed: it cannot be written.
         ValueError: some losses are those of another swarm.
     """
+    write(path, script_text(losses_by_round, uavs, cus))
+
+
+def script_text(losses_by_round: Sequence[Losses], uavs: int, cus: int) -> str:
+    """Return what :func:`write_script` writes; for errors see there."""
     lines: dict[str, list[str]] = {table: [] for table in _ARRAYS}
     for k, losses in enumerate(losses_by_round):
         if losses.cu_uav.shape != (cus, uavs):
@@ -135,11 +142,8 @@ def write_script(path: Path, losses_by_round: Sequence[Losses], uavs: int, cus: 
         text += f',\n  "decoded_replies": {_block(lines["decoded_replies"])}'
     text += "\n}\n"
     if len(text) > MOST_BYTES or len(losses_by_round) > MOST_ROUNDS:
-        raise BadInput(f"the script {path} would be too long: {MOST_ROUNDS} rounds and {MOST_BYTES} bytes are the most")
-    try:
-        path.write_text(text, encoding="ascii")
-    except (OSError, ValueError) as error:
-        raise BadInput(f"the script {path} cannot be written: {_reason(error)}") from None
+        raise BadInput(f"the script would be too long: {MOST_ROUNDS} rounds and {MOST_BYTES} bytes are the most")
+    return text
 
 
 def shown(raw: object) -> str:

@@ -29,9 +29,10 @@ from swarmproof.planning.outlook import Outlook, look
 from swarmproof.planning.plan import Plan
 from swarmproof.planning.planner import Planned, hovering
 from swarmproof.planning.problem import Task
-from swarmproof.planning.trigger import Trigger, priorities
+from swarmproof.planning.trigger import priorities
 from swarmproof.scenario.scenario import Scenario
 from swarmproof.semantics.switches import Semantics
+from swarmproof.semantics.trigger import Trigger
 
 
 class Plans(Protocol):

@@ -7,14 +7,13 @@ ages, are put on a logarithmic scale, which keeps their order over three decades
 
 from __future__ import annotations
 
-from enum import StrEnum
-
 import numpy as np
 from numpy.typing import NDArray
 
 from swarmproof.mlr.event_trigger import JUST_RECALCULATED
 from swarmproof.planning.outlook import Outlook
 from swarmproof.scenario.scenario import USUAL, Choices
+from swarmproof.semantics.trigger import Trigger
 
 #: Announced for a UAV in a deadlock (Appendix A.4), and the least that is announced for any other.
 DEADLOCKED = 1
@@ -23,14 +22,6 @@ LARGEST = 255
 #: linear one begins at 0 and has the same upper end.
 SHORTEST, LONGEST = 0.01, 10.0
 OLDEST = 100
-
-
-class Trigger(StrEnum):
-    """Which priorities the CUs announce."""
-
-    RR = "RR"
-    DT = "DT"
-    HT = "HT"
 
 
 def priorities(

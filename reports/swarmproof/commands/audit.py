@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from swarmproof import terminal
 from swarmproof.audit.decide import Audited, audit
 from swarmproof.audit.table import UNDER_20, CellAudit, audit_cells
 from swarmproof.claims.proofs.pairs import PAIRS
 from swarmproof.claims.proofs.registry import select_proof_claims
-from swarmproof.commands.options import write_json
+from swarmproof.exit_codes import ExitCode
+from swarmproof.output import ReportFolder, deliver, reserve_file, write_json
 from swarmproof.report import audit_words
-from swarmproof.report.audit_page import write_audit
-from swarmproof.report.folder import claim_folder
+from swarmproof.report.audit_page import audit_page
 from swarmproof.statements.cells import ROLES
 from swarmproof.statements.claim import ProofVerdict, Reading
 
@@ -30,50 +31,44 @@ _COLOURS: dict[str, str] = {
 }
 
 
-def add_parser(commands: Any) -> None:
-    """Add the command to the subparsers `commands`."""
-    parser = commands.add_parser(
-        "audit",
-        help="decide what the proofs state: each statement proved or refuted, as printed and repaired",
-        description="The proofs of Section 4.3.2 and Appendix C: what each statement needs, covers, and leaves out.",
-        epilog="Exit codes: 0 every verdict is the one on record, 1 one is not, 2 bad input, 3 one is not decided.",
-        allow_abbrev=False,
-    )
-    parser.set_defaults(run=run)
-    parser.add_argument(
-        "--claim", action="append", default=[], metavar="ID", help="only this claim, with its evidence; repeatable"
-    )
-    parser.add_argument("--report", metavar="DIR", help="write a page with every claim, its evidence and pictures")
-    parser.add_argument("--json", metavar="FILE", help="write the verdicts as JSON; - for standard output")
-
-
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> ExitCode:
     """Run the command and return the exit code.
 
     Raises:
-        BadInput: there is no such claim, or a file cannot be written.
+        BadInput: there is no such claim, or a file that cannot be written.
     """
     chosen = select_proof_claims(options.claim)
-    folder = None if options.report is None else claim_folder(Path(options.report))
-    audited = audit(chosen)
-    pairs = audit_cells() if any(claim.id == PAIRS for claim in chosen) else []
-    console = Console(stderr=options.json == "-", highlight=False)
-    if pairs:
-        _print_pairs(console, pairs)
-    _print_claims(console, audited)
-    if options.claim:
-        for each in audited:
-            console.print(escape(audit_words.evidence(each)), soft_wrap=True)
-    write_json(options.json, audit_words.document(audited, pairs))
+    reserve_file(options.json)
+    with ExitStack() as reserved:
+        folder = None if options.report is None else reserved.enter_context(ReportFolder(Path(options.report)))
+        audited = audit(chosen)
+        pairs = audit_cells() if any(claim.id == PAIRS for claim in chosen) else []
+        if folder is not None:
+            folder.put("index.html", audit_page(audited, pairs))
+        console = terminal.text(options.json)
+        deliver(
+            None if folder is None else folder.publish,
+            lambda: write_json(options.json, audit_words.document(audited, pairs)),
+            lambda: _print(console, audited, pairs, with_evidence=bool(options.claim)),
+        )
     if folder is not None:
-        console.print(f"Report: {write_audit(audited, pairs, folder)}", soft_wrap=True)
+        console.print(f"Report: {escape(str(folder.index))}", soft_wrap=True)
     return _code(audited)
 
 
-def _code(audited: Sequence[Audited]) -> int:
+def _code(audited: Sequence[Audited]) -> ExitCode:
     if any(each.verdict is ProofVerdict.UNDECIDED for each in audited):
-        return 3
-    return 0 if all(each.as_recorded for each in audited) else 1
+        return ExitCode.UNDECIDED
+    return ExitCode.WELL if all(each.as_recorded for each in audited) else ExitCode.VIOLATED
+
+
+def _print(console: Console, audited: Sequence[Audited], pairs: Sequence[CellAudit], with_evidence: bool) -> None:
+    if pairs:
+        _print_pairs(console, pairs)
+    _print_claims(console, audited)
+    if with_evidence:
+        for each in audited:
+            console.print(escape(audit_words.evidence(each)), soft_wrap=True)
 
 
 def _print_pairs(console: Console, pairs: Sequence[CellAudit]) -> None:

@@ -6,33 +6,27 @@ import argparse
 from collections.abc import Sequence
 from typing import Any
 
-from rich.console import Console, Group
+from rich.console import Group
 from rich.markup import escape
 from rich.table import Table
 
+from swarmproof import terminal
 from swarmproof.claims.experiments import EXPERIMENT_CLAIMS
 from swarmproof.claims.flight import FLIGHT_CLAIMS, FlightClaim
 from swarmproof.claims.proofs.registry import PROOF_CLAIMS
 from swarmproof.claims.registry import CLAIMS, Claim
+from swarmproof.exit_codes import ExitCode
 
 _STYLE: dict[str, Any] = {"show_lines": True, "title_justify": "left"}
 
 
-def add_parser(commands: Any) -> None:
-    """Add the command to the subparsers `commands`."""
-    parser = commands.add_parser(
-        "claims", help="list the claims: wording, place in the paper, assumptions", allow_abbrev=False
-    )
-    parser.set_defaults(run=run)
-
-
-def run(options: argparse.Namespace) -> int:
-    """Print the registry of claims and return the exit code 0."""
+def run(options: argparse.Namespace) -> ExitCode:
+    """Print the registry of claims and return the exit code WELL."""
     protocol = _table("Claims about mlr-dmpc (DMPC-Swarm, Algorithms 1 and 2): verify, and fly on the way", CLAIMS)
     flights = _table("Claims about flown swarms (DMPC-Swarm, Section 4.3.2): fly", FLIGHT_CLAIMS)
     # at once: a reader who goes away after the first lines is no error
-    Console().print(Group(protocol, flights, _proofs(), _experiments()))
-    return 0
+    terminal.text().print(Group(protocol, flights, _proofs(), _experiments()))
+    return ExitCode.WELL
 
 
 def _proofs() -> Table:

@@ -3,40 +3,37 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable
+import os
+from collections.abc import Iterable, Sequence
+from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from swarmproof import terminal
 from swarmproof.assess.adversary import Worst, parse_budget, search
-from swarmproof.assess.exhaustive import Decided, explore_flights, parse_rounds
-from swarmproof.assess.judge import Judged
+from swarmproof.assess.exhaustive import Decided, Exhaustive, explore_flights, parse_rounds
+from swarmproof.assess.judge import Flown, Judged
 from swarmproof.assess.log import Log
 from swarmproof.assess.positions import Positions
 from swarmproof.assess.run import Setting, fly
-from swarmproof.channel.grammar import COMBINED, FORMS, Loss, parse
+from swarmproof.channel.grammar import Loss, parse
 from swarmproof.channel.losses import LossModel, Recorded
-from swarmproof.channel.script import write_script
-from swarmproof.commands.options import add_limits, limits_of, whole_number, write_json
+from swarmproof.channel.script import script_text
 from swarmproof.errors import BadInput
+from swarmproof.exit_codes import ExitCode
 from swarmproof.explore.search import Limits
 from swarmproof.flight.state import Round
-from swarmproof.planning.trigger import Trigger
+from swarmproof.options.fly import SEARCHES
+from swarmproof.output import ReportFolder, deliver, reserve_file, write_json
 from swarmproof.report import flight_page, flight_words
-from swarmproof.report.flight_patterns import write_patterns
+from swarmproof.report.flight_patterns import put_patterns
 from swarmproof.report.flight_positions import check_format, write_positions
-from swarmproof.report.folder import claim_file, claim_folder
-from swarmproof.scenario.scenario import SHIPPED
-from swarmproof.semantics.switches import PRESETS
 
-#: Forms of --loss that are no loss models but searches for losses.
-SEARCHES = ("adversary:BUDGET", "exhaustive:ROUNDS")
 MOST_ROUNDS = 100_000
-UNDECIDED = 3
 _COLOURS: dict[str, str] = {
     "violated": "red",
     "not-violated": "green",
@@ -46,60 +43,13 @@ _COLOURS: dict[str, str] = {
 }
 
 
-def add_parser(commands: Any) -> None:
-    """Add the command to the subparsers `commands`."""
-    parser = commands.add_parser(
-        "fly",
-        help="fly a scenario with planned trajectories under message loss, and check every claim on the way",
-        description="Fly a scenario: the protocol with real trajectories, planned by (13) and checked exactly.",
-        epilog=_loss_help()
-        + "\n\nExit codes: 0 nothing violated, 1 something violated, 2 bad input, 3 something undecided, or stopped.",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
-    parser.set_defaults(run=run)
-    parser.add_argument("scenario", metavar="SCENARIO", help=f"a TOML file, or one of {', '.join(SHIPPED)}")
-    parser.add_argument("--cus", type=whole_number, default=2, metavar="M", help="number of compute units (default 2)")
-    parser.add_argument("--trigger", default="HT", metavar="T", help=f"{', '.join(Trigger)} (default HT)")
-    parser.add_argument(
-        "--loss", default="none", metavar="SPEC", help=f"{', '.join([*FORMS, *SEARCHES])}; see below (default none)"
-    )
-    parser.add_argument(
-        "--semantics", default="guarded", metavar="PRESET", help=f"as in verify: {', '.join(PRESETS)} (default guarded)"
-    )
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="change a switch, or a parameter of the scenario",
-    )
-    parser.add_argument("--seed", type=whole_number, default=0, metavar="S", help="of everything random (default 0)")
-    parser.add_argument(
-        "--rounds", type=whole_number, metavar="K", help="length of the flight (default: the scenario's)"
-    )
-    add_limits(parser, states="swarms (--loss exhaustive)")
-    parser.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard output")
-    parser.add_argument(
-        "--positions", metavar="FILE", help="write all positions at multiples of T_c (.csv), with all plans (.json)"
-    )
-    parser.add_argument("--report", metavar="DIR", help="write a page with pictures into this folder")
-
-
-def _loss_help() -> str:
-    """Return how losses are written, with examples."""
-    width = max(len(example) for example, _ in COMBINED.values()) + 4
-    lines = [f"  {example!r:{width}}{meaning}" for example, meaning in COMBINED.values()]
-    return "\n".join(["--loss takes a search, a model, or what is made of models (in quotes, for the shell):", *lines])
-
-
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> ExitCode:
     """Run the command and return the exit code.
 
     Raises:
         BadInput: a scenario, option or file that cannot be.
     """
-    console = Console(stderr=options.json == "-", highlight=False)
+    console = terminal.text(options.json)
     if options.rounds is not None and not 1 <= options.rounds <= MOST_ROUNDS:
         raise BadInput(f"--rounds {options.rounds} cannot be flown: choose 1 to {MOST_ROUNDS}, such as --rounds 100")
     setting = Setting.parse(
@@ -120,24 +70,22 @@ def run(options: argparse.Namespace) -> int:
                 "writes, such as --loss script:DIR/theorem-2.losses.json"
             )
         of_all = parse_rounds(argument)
-        folder = _claim(options)
-        return _every_pattern(setting, of_all, limits, options, folder, console)
+        with ExitStack() as reserved:
+            return _every_pattern(setting, of_all, limits, options, _reserve(options, reserved), console)
     budget = parse_budget(argument) if kind == "adversary" else None
     losses: LossModel | None = None
     if budget is None:
         losses = parse(options.loss, setting.scenario.uavs, setting.cus, setting.seed)
-    folder = _claim(options)
-    undecided = False
-    if losses is None or budget is not None:
+    with ExitStack() as reserved:
+        folder = _reserve(options, reserved)
+        if losses is not None:
+            return _one_flight(setting, losses, rounds, options, folder, console)
         worst = _search(setting, rounds, budget or 1, limits)
-        undecided = worst.stopped is not None
-        losses = Recorded(worst.losses, setting.scenario.uavs, setting.cus)
         if folder is not None:
-            write_script(folder / "losses.json", worst.losses, setting.scenario.uavs, setting.cus)
-        for line in worst.description:
-            console.print(escape(line), soft_wrap=True)
-    code = _one_flight(setting, losses, rounds, options, folder, console)
-    return UNDECIDED if undecided and not code else code
+            folder.put("losses.json", script_text(worst.losses, setting.scenario.uavs, setting.cus))
+        losses = Recorded(worst.losses, setting.scenario.uavs, setting.cus)
+        code = _one_flight(setting, losses, rounds, options, folder, console, worst)
+    return ExitCode.UNDECIDED if worst.stopped is not None and code is ExitCode.WELL else code
 
 
 def _limits(options: argparse.Namespace, kind: str) -> Limits:
@@ -146,7 +94,7 @@ def _limits(options: argparse.Namespace, kind: str) -> Limits:
     Raises:
         BadInput: the limits do not go with this kind of loss.
     """
-    limits = limits_of(options)
+    limits = Limits(options.max_states, options.max_seconds)
     given = [name for name in ("max_states", "max_seconds") if getattr(limits, name) is not None]
     if kind == "adversary" and "max_states" in given:
         raise BadInput("--max-states does not go with --loss adversary:BUDGET, whose BUDGET is the number of flights")
@@ -160,31 +108,37 @@ def _limits(options: argparse.Namespace, kind: str) -> Limits:
     return limits
 
 
-def _claim(options: argparse.Namespace) -> Path | None:
+def _reserve(options: argparse.Namespace, reserved: ExitStack) -> ReportFolder | None:
     """Make sure that what is to be written can be, before anything is computed; return the report's folder."""
-    if options.json not in (None, "-"):
-        claim_file(Path(options.json))
+    reserve_file(options.json)
     if options.positions is not None:
         check_format(Path(options.positions))
-        if options.json is not None and Path(options.json).absolute() == Path(options.positions).absolute():
+        if options.json is not None and os.path.abspath(options.json) == os.path.abspath(options.positions):
             raise BadInput(
                 f"--json and --positions both name {options.json}, so that one would overwrite the other: give two "
                 "files, such as --json flight.json --positions positions.csv"
             )
-        claim_file(Path(options.positions))
+        reserve_file(options.positions)
     if options.report is None:
         return None
     flight_page.check_available()
-    return claim_folder(Path(options.report))
+    return reserved.enter_context(ReportFolder(Path(options.report)))
 
 
 def _one_flight(
-    setting: Setting, losses: LossModel, rounds: int, options: argparse.Namespace, folder: Path | None, console: Console
-) -> int:
+    setting: Setting,
+    losses: LossModel,
+    rounds: int,
+    options: argparse.Namespace,
+    folder: ReportFolder | None,
+    console: Console,
+    worst: Worst | None = None,
+) -> ExitCode:
+    """Fly, deliver what came of it, and return the exit code; `worst` is the search that found the losses, if any."""
     flight = setting.flight()
     log = Log(flight)
     positions = None if options.positions is None else Positions(setting, flight)
-    with _bar("rounds") as bar:
+    with terminal.bar("rounds") as bar:
         task = bar.add_task("", total=rounds)
 
         def watch(flown: Round) -> None:
@@ -196,19 +150,42 @@ def _one_flight(
                 bar.update(task, completed=flown.after.k)
 
         flown, seconds = fly(setting, losses, rounds, watch, flight)
+
+    if folder is not None:
+        flight_page.put_flight(folder, setting, options.loss, flown, log)
+    idle = losses.without_effect(flown.rounds, flown.lost) if isinstance(losses, Loss) else []
+    deliver(
+        None if folder is None else folder.publish,
+        None if positions is None else lambda: write_positions(Path(options.positions), setting, positions),
+        lambda: write_json(options.json, flight_words.document(setting, options.loss, flown, seconds)),
+        lambda: _print_flight(console, setting, options.loss, flown, [] if worst is None else worst.description, idle),
+    )
+    _print_folder(console, folder)
+    return _exit_code(flown)
+
+
+def _exit_code(found: Flown | Exhaustive) -> ExitCode:
+    if found.violated:
+        return ExitCode.VIOLATED
+    return ExitCode.UNDECIDED if found.undecided else ExitCode.WELL
+
+
+def _print_flight(
+    console: Console, setting: Setting, loss: str, flown: Flown, search: Sequence[str], idle: Sequence[str]
+) -> None:
+    for line in search:
+        console.print(escape(line), soft_wrap=True)
     if flown.stopped is not None:
         console.print(f"{flown.stopped}; what follows is about these")
-    if folder is not None:
-        flight_page.write_flight(folder, setting, options.loss, flown, log)
-    if positions is not None:
-        write_positions(Path(options.positions), setting, positions)
-    write_json(options.json, flight_words.document(setting, options.loss, flown, seconds))
-    idle = losses.without_effect(flown.rounds, flown.lost) if isinstance(losses, Loss) else []
     _print(console, flight_words.headline(setting, flown), flown.claims)
     for line in [*flight_words.summary(setting, flown), *idle]:
         console.print(escape(line), soft_wrap=True)
-    console.print(escape(flight_words.scope(setting, options.loss, flown)), style="bright_black", soft_wrap=True)
-    return 1 if flown.violated else UNDECIDED if flown.undecided else 0
+    console.print(escape(flight_words.scope(setting, loss, flown)), style="bright_black", soft_wrap=True)
+
+
+def _print_folder(console: Console, folder: ReportFolder | None) -> None:
+    if folder is not None:
+        console.print(f"Report: {escape(str(folder.index))}", soft_wrap=True)
 
 
 def _every_pattern(
@@ -216,10 +193,10 @@ def _every_pattern(
     rounds: int,
     limits: Limits,
     options: argparse.Namespace,
-    folder: Path | None,
+    folder: ReportFolder | None,
     console: Console,
-) -> int:
-    with _bar("swarms") as bar:
+) -> ExitCode:
+    with terminal.bar("swarms") as bar:
         task = bar.add_task("", total=None)
         found = explore_flights(
             setting,
@@ -227,18 +204,27 @@ def _every_pattern(
             lambda k, done, size: bar.update(task, description=f"round {k}", completed=done, total=size),
             limits,
         )
+
     if folder is not None:
-        write_patterns(folder, setting, rounds, found)
-    write_json(options.json, flight_words.patterns_document(setting, rounds, found))
+        put_patterns(folder, setting, rounds, found)
+    deliver(
+        None if folder is None else folder.publish,
+        lambda: write_json(options.json, flight_words.patterns_document(setting, rounds, found)),
+        lambda: _print_patterns(console, setting, rounds, found),
+    )
+    _print_folder(console, folder)
+    return _exit_code(found)
+
+
+def _print_patterns(console: Console, setting: Setting, rounds: int, found: Exhaustive) -> None:
     _print(console, flight_words.patterns_headline(setting, rounds, found), found.claims)
     for line in flight_words.patterns_summary(found):
         console.print(escape(line), soft_wrap=True)
     console.print(escape(flight_words.patterns_scope(setting, rounds, found)), style="bright_black", soft_wrap=True)
-    return 1 if found.violated else UNDECIDED if found.undecided else 0
 
 
 def _search(setting: Setting, rounds: int, budget: int, limits: Limits) -> Worst:
-    with _bar("flights") as bar:
+    with terminal.bar("flights") as bar:
         task = bar.add_task("", total=budget)
         return search(
             setting,
@@ -247,17 +233,6 @@ def _search(setting: Setting, rounds: int, budget: int, limits: Limits) -> Worst
             lambda done, nearest: bar.update(task, completed=done, description=f"closest so far {nearest:.4f} m"),
             limits,
         )
-
-
-def _bar(unit: str) -> Progress:
-    columns = (
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn(unit),
-        TimeElapsedColumn(),
-        TextColumn("{task.description}"),
-    )
-    return Progress(*columns, console=Console(stderr=True), transient=True)
 
 
 def _print(console: Console, headline: str, claims: Iterable[Judged | Decided]) -> None:

@@ -6,30 +6,29 @@ import argparse
 import json
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-from rich.status import Status
 from rich.table import Table
 
-from swarmproof.commands.options import whole_number, write_json
+from swarmproof import terminal
 from swarmproof.errors import BadInput
+from swarmproof.exit_codes import ExitCode
+from swarmproof.files.writing import write
 from swarmproof.margin.bounds import Margin, from_certificate, margin
 from swarmproof.margin.check import Rejected
 from swarmproof.margin.mixed import of_a_pair
 from swarmproof.margin.problem import Problem
-from swarmproof.margin.solve import NAMES, Extreme, solve_for
-from swarmproof.margin.sweep import Axis, file_name, problems, sweep, write
+from swarmproof.margin.solve import Extreme, solve_for
+from swarmproof.margin.sweep import Axis, certificate_text, file_name, problems, sweep
+from swarmproof.output import deliver, reserve_file, reserve_folder, write_json
 from swarmproof.report import margin_more, margin_plot, margin_words, rounding
-from swarmproof.report.folder import claim_file, claim_folder
 from swarmproof.theorem3.fleet import Kind, pairs, read_kinds
 from swarmproof.theorem3.inequality import Truth
 from swarmproof.theorem3.numbers import read_toml
 from swarmproof.theorem3.parameters import Parameters, Reading
 
-_CODES = {Truth.HOLDS: 0, Truth.FAILS: 1, Truth.UNDECIDED: 3}
+_CODES = {Truth.HOLDS: ExitCode.WELL, Truth.FAILS: ExitCode.VIOLATED, Truth.UNDECIDED: ExitCode.UNDECIDED}
 _COLOURS: dict[str, str] = {
     Truth.HOLDS: "green",
     Truth.FAILS: "red",
@@ -38,55 +37,13 @@ _COLOURS: dict[str, str] = {
 }
 
 
-def add_parser(commands: Any) -> None:
-    """Add the command to the subparsers `commands`."""
-    parser = commands.add_parser(
-        "margin",
-        help="compute Δd_min,cont with a certificate, and what Theorem 3 then guarantees",
-        description="How far two reference trajectories can dip below d̂_min between two samples, certified. Bounds "
-        "are per axis (v_max, a_max, j_max), of the Euclidean norm (v_norm, a_norm, j_norm), or both. delay: how long "
-        "a UAV flies on unknown; crash_theta_inverse: what d_min is measured with; [[kinds]]: every pair of them.",
-        epilog="Exit codes: 0 the corrected inequality (26) holds, 1 it fails, 3 undecided or about nothing, 2 bad "
-        "input; "
-        "--check: 0 accepted, 1 rejected; --solve-for: 0 a value is certified, 1 all are refuted, 3 neither.",
-        allow_abbrev=False,
-    )
-    parser.set_defaults(run=run)
-    parser.add_argument("parameters", nargs="?", metavar="PARAMETERS.toml", help="default: the published parameters")
-    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="change one parameter")
-    parser.add_argument("--d-min", metavar="M", help="distance that counts as a collision, scaled (default 0.12)")
-    parser.add_argument("--tracking-error", metavar="M", help="Δd_min of Assumption 1, per UAV, unscaled (default 0)")
-    parser.add_argument(
-        "--reading", default="as-sampled", metavar="R", help=f"{', '.join(Reading)} (default as-sampled)"
-    )
-    parser.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard output")
-    parser.add_argument("--certificate", metavar="FILE", help="write the certificate, which --check verifies")
-    parser.add_argument("--plot", metavar="FILE", help="draw the worst pair, or the sweep (.svg, .png, .pdf)")
-    parser.add_argument(
-        "--solve-for",
-        choices=NAMES,
-        metavar="NAME",
-        help=f"extreme value that is still safe: {', '.join(NAMES)} (v_max: one number for all axes; v_norm: the norm)",
-    )
-    parser.add_argument("--check", metavar="CERTIFICATE", help="verify a certificate exactly, and nothing else")
-    parser.add_argument(
-        "--sweep", action="append", default=[], metavar="NAME=V1:V2:…", help="vary a parameter (or reading); repeatable"
-    )
-    parser.add_argument(
-        "--changes", type=whole_number, metavar="K", help="of a sweep, only sets with at most K changes"
-    )
-    parser.add_argument(
-        "--results", metavar="DIR", help="certificates of a sweep or of [[kinds]]; a later run goes on from there"
-    )
-
-
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> ExitCode:
     """Run the command and return the exit code.
 
     Raises:
         BadInput: parameters or options that make no sense together, or files that cannot be read or written.
     """
-    console = Console(stderr=options.json == "-", highlight=False)
+    console = terminal.text(options.json)
     if options.check is not None:
         return _check(options, console)
     _only_with("--sweep", options.sweep, {"--changes": options.changes})
@@ -100,31 +57,43 @@ def run(options: argparse.Namespace) -> int:
     if options.sweep:
         return _sweep(options, base, reading, console)
     problem = Problem(base, reading)
-    _claim(options)
+    _reserve(options)
     extreme: Extreme | None = None
-    with Status("searching", console=Console(stderr=True)) as status:
+    with terminal.status("searching") as status:
         if options.solve_for is not None:
             extreme = solve_for(options.solve_for, base, reading, status.update)
         found = margin(problem, status.update)
     shown = found if extreme is None or extreme.margin is None else extreme.margin
-    if options.certificate is not None and extreme is not None and extreme.margin is None:
-        console.print(f"No certificate is written: no {extreme.name} is certified.")
-    elif options.certificate is not None:
-        write(shown, Path(options.certificate))
-    if options.plot is not None:
-        margin_plot.plot_margin(shown, Path(options.plot))
-    write_json(options.json, _text(margin_words.document(found, extreme)))
-    _print(console, found, extreme)
+    certified = extreme is None or extreme.margin is not None
+
+    def tell() -> None:
+        if options.certificate is not None and extreme is not None and not certified:
+            console.print(f"No certificate is written: no {extreme.name} is certified.")
+        _print(console, found, extreme)
+
+    deliver(
+        lambda: (
+            write(Path(options.certificate), certificate_text(shown)) if options.certificate and certified else None
+        ),
+        lambda: margin_plot.plot_margin(shown, Path(options.plot)) if options.plot else None,
+        lambda: write_json(options.json, _text(margin_words.document(found, extreme))),
+        tell,
+    )
+    _print_plot(console, options)
     return _code(found) if extreme is None else _solved(extreme)
 
 
-def _claim(options: argparse.Namespace) -> None:
+def _print_plot(console: Console, options: argparse.Namespace) -> None:
+    if options.plot is not None:
+        console.print(f"Plot: {escape(options.plot)}", soft_wrap=True)
+
+
+def _reserve(options: argparse.Namespace) -> None:
     """Make sure that what is to be written can be, before anything is computed."""
     if options.plot is not None:
         margin_plot.check_path(Path(options.plot))
     for path in (options.json, options.certificate):
-        if path not in (None, "-"):
-            claim_file(Path(path))
+        reserve_file(path)
 
 
 def _only_with(needed: str, given: object, options: dict[str, object]) -> None:
@@ -153,7 +122,7 @@ def _parameters(options: argparse.Namespace) -> tuple[Parameters, tuple[Kind, ..
     return base, kinds
 
 
-def _fleet(options: argparse.Namespace, kinds: tuple[Kind, ...], reading: Reading, console: Console) -> int:
+def _fleet(options: argparse.Namespace, kinds: tuple[Kind, ...], reading: Reading, console: Console) -> ExitCode:
     """Compute every pair of kinds; the worst verdict decides."""
     refused = {
         "--certificate": options.certificate,
@@ -175,11 +144,17 @@ def _fleet(options: argparse.Namespace, kinds: tuple[Kind, ...], reading: Readin
         {"kinds": list(one.names), "attained": result.attained, **margin_words.document(result)}
         for one, result in zip(some, results, strict=True)
     ]
-    write_json(options.json, _text({"schema": "swarmproof.margin-fleet/1", "pairs": documents}))
-    _print_sweep(console, results, [" and ".join(one.names) for one in some])
-    for text in margin_more.of_fleet(results):
-        console.print(text)
-    console.print(margin_words.scope(results[0]), style="bright_black")
+
+    def tell() -> None:
+        _print_sweep(console, results, [" and ".join(one.names) for one in some])
+        for text in margin_more.of_fleet(results):
+            console.print(text)
+        console.print(margin_words.scope(results[0]), style="bright_black")
+
+    deliver(
+        lambda: write_json(options.json, _text({"schema": "swarmproof.margin-fleet/1", "pairs": documents})),
+        tell,
+    )
     return _worst(_code(result) for result in results)
 
 
@@ -187,15 +162,17 @@ def _truth(found: Margin) -> Truth:
     return found.truths[1]
 
 
-def _code(found: Margin) -> int:
+def _code(found: Margin) -> ExitCode:
     """Return the exit code of one margin: about nothing, nothing is decided."""
-    return _CODES[_truth(found)] if margin_words.NOT_APPLICABLE not in margin_words.verdicts(found) else 3
+    return (
+        _CODES[_truth(found)] if margin_words.NOT_APPLICABLE not in margin_words.verdicts(found) else ExitCode.UNDECIDED
+    )
 
 
-def _solved(extreme: Extreme) -> int:
+def _solved(extreme: Extreme) -> ExitCode:
     if extreme.certified is not None:
-        return 0
-    return 3 if extreme.undecided or extreme.refuted is None else 1
+        return ExitCode.WELL
+    return ExitCode.UNDECIDED if extreme.undecided or extreme.refuted is None else ExitCode.VIOLATED
 
 
 def _text(content: object) -> str:
@@ -219,7 +196,7 @@ def _print(console: Console, found: Margin, extreme: Extreme | None) -> None:
     console.print(margin_words.scope(found), style="bright_black")
 
 
-def _check(options: argparse.Namespace, console: Console) -> int:
+def _check(options: argparse.Namespace, console: Console) -> ExitCode:
     changing = (options.parameters, options.set, options.d_min, options.tracking_error, options.sweep, options.changes)
     writing = (options.certificate, options.plot, options.solve_for, options.results)
     if any(value not in (None, []) for value in (*changing, *writing)):
@@ -242,26 +219,30 @@ def _check(options: argparse.Namespace, console: Console) -> int:
         found = from_certificate(content)
     except Rejected as rejected:
         console.print(f"[red]rejected[/red]: {escape(str(rejected))}", soft_wrap=True)
-        return 1
-    _claim(options)
+        return ExitCode.VIOLATED
+    _reserve(options)
     write_json(options.json, _text(margin_words.document(found)))
     console.print("[green]accepted[/green]: every number of the certificate was checked in exact arithmetic")
     _print(console, found, None)
-    return 0
+    return ExitCode.WELL
 
 
-def _sweep(options: argparse.Namespace, base: Parameters, reading: Reading, console: Console) -> int:
+def _sweep(options: argparse.Namespace, base: Parameters, reading: Reading, console: Console) -> ExitCode:
     if options.certificate is not None or options.solve_for is not None:
         raise BadInput(
             "--sweep goes neither with --certificate nor with --solve-for: give --results DIR for its certificates"
         )
     axes = [Axis.parse(text) for text in options.sweep]
     results = _swept(options, problems(base, reading, axes, options.changes))
-    if options.plot is not None:
-        margin_plot.plot_sweep(results, [axis.name for axis in axes], Path(options.plot))
     documents = [margin_words.document(found) for found in results]
-    write_json(options.json, _text({"schema": "swarmproof.margin-sweep/1", "sets": documents}))
-    _print_sweep(console, results)
+    deliver(
+        lambda: (
+            margin_plot.plot_sweep(results, [axis.name for axis in axes], Path(options.plot)) if options.plot else None
+        ),
+        lambda: write_json(options.json, _text({"schema": "swarmproof.margin-sweep/1", "sets": documents})),
+        lambda: _print_sweep(console, results),
+    )
+    _print_plot(console, options)
     if options.results is not None:
         console.print(f"Certificates: {escape(str(Path(options.results)))}", soft_wrap=True)
     return _worst(_code(found) for found in results)
@@ -269,10 +250,9 @@ def _sweep(options: argparse.Namespace, base: Parameters, reading: Reading, cons
 
 def _swept(options: argparse.Namespace, sets: Sequence[Problem]) -> list[Margin]:
     """Compute all sets with a bar; what is done is kept in --results if a user interrupts."""
-    _claim(options)
-    folder = None if options.results is None else claim_folder(Path(options.results))
-    columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
-    with Progress(*columns, console=Console(stderr=True)) as bar:
+    _reserve(options)
+    folder = None if options.results is None else reserve_folder(Path(options.results))
+    with terminal.bar(transient=False) as bar:
         task = bar.add_task("", total=len(sets))
 
         def tell(number: int, problem: Problem, found: Margin | None) -> None:
@@ -290,9 +270,9 @@ def _swept(options: argparse.Namespace, sets: Sequence[Problem]) -> list[Margin]
     return results
 
 
-def _worst(codes: Iterable[int]) -> int:
+def _worst(codes: Iterable[ExitCode]) -> ExitCode:
     seen = set(codes)
-    return next((_CODES[truth] for truth in (Truth.FAILS, Truth.UNDECIDED) if _CODES[truth] in seen), 0)
+    return next((_CODES[truth] for truth in (Truth.FAILS, Truth.UNDECIDED) if _CODES[truth] in seen), ExitCode.WELL)
 
 
 def _print_sweep(console: Console, results: Sequence[Margin], names: Sequence[str] = ()) -> None:

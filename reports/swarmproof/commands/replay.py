@@ -3,48 +3,34 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from swarmproof import terminal
+from swarmproof.exit_codes import ExitCode
 from swarmproof.report import names
 from swarmproof.report.causes import causes, what_is_false
 from swarmproof.report.story import Sentence, tell
 from swarmproof.report.tables import Cell, round_table
 from swarmproof.traces.trace import Replay, load, replay
 
-VIOLATED = 1
 
-
-def add_parser(commands: Any) -> None:
-    """Add the command to the subparsers `commands`."""
-    parser = commands.add_parser(
-        "replay",
-        help="run a trace step by step on the readable model",
-        description="Run a trace, step by step, on the readable model. Exit code 1 if it shows a violated claim.",
-        allow_abbrev=False,
-    )
-    parser.add_argument("trace", type=Path, metavar="TRACE", help="a trace that `verify --report` wrote")
-    parser.set_defaults(run=run)
-
-
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> ExitCode:
     """Replay the trace, print each round, and return 1 if a claim is violated at its end, else 0.
 
     Raises:
         BadInput: the trace cannot be read, cannot happen, or does not show what it says.
     """
-    console = Console(highlight=False)
+    console = terminal.text()
     replayed = replay(load(options.trace))
     trace = replayed.trace
     console.print(f"[bold]{trace.uavs} UAVs, {trace.cus} CUs, semantics {replayed.semantics.name()}[/bold]")
     for k in range(len(replayed.swarms)):
         _print_round(console, replayed, k)
     _print_end(console, replayed)
-    return VIOLATED if replayed.is_violation else 0
+    return ExitCode.VIOLATED if replayed.is_violation else ExitCode.WELL
 
 
 def _print_round(console: Console, replayed: Replay, k: int) -> None:

@@ -4,29 +4,28 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 from collections.abc import Iterable
+from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-from rich.status import Status
 from rich.table import Table
 
+from swarmproof import streams, terminal
 from swarmproof.claims.registry import select_claims
-from swarmproof.commands.options import add_limits, limits_of, positive_number
 from swarmproof.errors import BadInput
+from swarmproof.exit_codes import ExitCode
 from swarmproof.explore.search import Limits
 from swarmproof.explore.search import Progress as SearchProgress
-from swarmproof.report.folder import claim_file, claim_folder, write_result
+from swarmproof.output import ReportFolder, deliver, reserve_file, write_json
+from swarmproof.report.matrix import matrix_json, put_matrix
 from swarmproof.report.verdicts import as_json
-from swarmproof.semantics.switches import PRESETS, Semantics
+from swarmproof.report.verification import put_result
+from swarmproof.semantics.switches import Semantics
 from swarmproof.verify.decide import Decided, Result, Scope, Verdict, verify
 from swarmproof.verify.matrix import RowResult, load_matrix, run_matrix, select_rows
 
-VIOLATED, UNDECIDED = 1, 3
 _ABSTRACTED = (
     "Every loss of (message, receiver) pairs is taken; trajectories are identities; of a deprecated tracker only what "
     "can still matter is distinguished, which is exact."
@@ -39,59 +38,37 @@ _COLOURS = {
 }
 
 
-def add_parser(commands: Any) -> None:
-    """Add the command to the subparsers `commands`."""
-    parser = commands.add_parser(
-        "verify",
-        help="explore every message-loss pattern to a fixpoint and decide each claim",
-        description="Explore every message-loss pattern, over an unbounded number of rounds, and decide each claim.",
-        allow_abbrev=False,
-    )
-    parser.set_defaults(run=run)
-    parser.add_argument("--uavs", type=positive_number, metavar="N", help="number of UAVs (default 2)")
-    parser.add_argument("--cus", type=positive_number, metavar="M", help="number of compute units (default 2)")
-    parser.add_argument(
-        "--semantics", metavar="PRESET", help=f"how the paper is read: {', '.join(PRESETS)} (default printed)"
-    )
-    parser.add_argument(
-        "--set", action="append", default=[], metavar="SWITCH=VALUE", help="change one switch of the preset"
-    )
-    parser.add_argument("--claim", action="append", default=[], metavar="ID", help="decide only this claim")
-    parser.add_argument("--json", metavar="FILE", help="write the verdicts as JSON; - for standard output")
-    parser.add_argument("--report", metavar="DIR", help="write pages and replayable traces into this folder")
-    add_limits(parser)
-    parser.add_argument(
-        "--matrix",
-        action="store_true",
-        help="verify the recorded configurations and compare; --uavs, --cus, --semantics select among them",
-    )
-
-
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> ExitCode:
     """Verify as the options say, print and write what was found, and return the exit code.
 
     Raises:
         BadInput: an option cannot be; a sentence says which and what would be right.
     """
-    console = Console(stderr=options.json == "-", highlight=False)
-    limits = limits_of(options)
+    console = terminal.text(options.json)
+    limits = Limits(options.max_states, options.max_seconds)
     if options.matrix:
         return _run_matrix(options, console, limits)
     semantics = Semantics.parse(options.semantics or "printed", options.set)
     scope = Scope(options.uavs or 2, options.cus or 2, semantics)
     claims = select_claims(options.claim)
-    folder = _claim_outputs(options)
-    with _status() as status:
+    with ExitStack() as reserved:
+        folder = _reserve(options, reserved)
+        with terminal.status("exploring") as status:
 
-        def tell(progress: SearchProgress) -> None:
-            status.update(_progress_line(progress))
+            def tell(progress: SearchProgress) -> None:
+                status.update(_progress_line(progress))
 
-        result = verify(scope, claims, limits, tell, status.update)
-    traces = {} if folder is None else write_result(folder, result)
-    _write_json(options.json, as_json(result, traces))
-    _print_result(console, result)
+            result = verify(scope, claims, limits, tell, status.update)
+        traces: dict[str, str] = {}
+        if folder is not None:
+            traces = {claim: str(folder.path / trace) for claim, trace in put_result(folder, result).items()}
+        deliver(
+            None if folder is None else folder.publish,
+            lambda: write_json(options.json, as_json(result, traces)),
+            lambda: _print_result(console, result),
+        )
     if folder is not None:
-        console.print(f"Report: {escape(str(folder / 'index.html'))}", soft_wrap=True)
+        console.print(f"Report: {escape(str(folder.index))}", soft_wrap=True)
     elif any(decided.trace is not None and decided.verdict is Verdict.VIOLATED for decided in result.claims):
         console.print("`--report DIR` writes a page and a replayable trace for each counterexample.")
     return _exit_code(result.claims)
@@ -104,29 +81,17 @@ def _progress_line(progress: SearchProgress) -> str:
     )
 
 
-def _claim_outputs(options: argparse.Namespace) -> Path | None:
-    """Make sure that what is to be written can be, and return the report's folder, if there is one."""
-    if options.json not in (None, "-"):
-        claim_file(Path(options.json))
-    return None if options.report is None else claim_folder(Path(options.report))
+def _reserve(options: argparse.Namespace, reserved: ExitStack) -> ReportFolder | None:
+    """Reserve what is to be written, and return the report's folder, if there is one."""
+    reserve_file(options.json)
+    return None if options.report is None else reserved.enter_context(ReportFolder(Path(options.report)))
 
 
-def _exit_code(claims: Iterable[Decided]) -> int:
+def _exit_code(claims: Iterable[Decided]) -> ExitCode:
     verdicts = {decided.verdict for decided in claims}
     if Verdict.VIOLATED in verdicts:
-        return VIOLATED
-    return UNDECIDED if Verdict.UNDECIDED in verdicts else 0
-
-
-def _status() -> Status:
-    return Status("exploring", console=Console(stderr=True))
-
-
-def _write_json(target: str | None, document: bytes) -> None:
-    if target == "-":
-        sys.stdout.write(document.decode())
-    elif target is not None:
-        Path(target).write_bytes(document)
+        return ExitCode.VIOLATED
+    return ExitCode.UNDECIDED if Verdict.UNDECIDED in verdicts else ExitCode.WELL
 
 
 def _print_result(console: Console, result: Result) -> None:
@@ -170,9 +135,7 @@ def _shown_by(decided: Decided) -> str:
 # --- the matrix ------------------------------------------------------------------------------------------------------
 
 
-def _run_matrix(options: argparse.Namespace, console: Console, limits: Limits) -> int:
-    from swarmproof.report.matrix import matrix_json, write_matrix
-
+def _run_matrix(options: argparse.Namespace, console: Console, limits: Limits) -> ExitCode:
     for option in ("set", "claim"):
         if getattr(options, option):
             raise BadInput(
@@ -180,24 +143,22 @@ def _run_matrix(options: argparse.Namespace, console: Console, limits: Limits) -
                 "such as --matrix --uavs 2 --semantics guarded"
             )
     rows = select_rows(load_matrix(), options.uavs, options.cus, options.semantics)
-    folder = _claim_outputs(options)
-    bar = Progress(
-        TextColumn("configurations"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TextColumn("{task.description}"),
-        console=Console(stderr=True),
-        transient=True,
-    )
-    with bar:
-        task = bar.add_task("", total=len(rows))
+    with ExitStack() as reserved:
+        folder = _reserve(options, reserved)
+        with terminal.bar("configurations") as bar:
+            task = bar.add_task("", total=len(rows))
 
-        def tell(row_result: RowResult) -> None:
-            bar.update(task, advance=1, description=row_result.row.name)
+            def tell(row_result: RowResult) -> None:
+                bar.update(task, advance=1, description=row_result.row.name)
 
-        results = run_matrix(rows, limits, processes=os.cpu_count() or 1, on_row=tell)
-    _print_matrix(console, results)
+            results = run_matrix(rows, limits, os.cpu_count() or 1, tell, streams.say)
+        if folder is not None:
+            put_matrix(folder, results)
+        deliver(
+            None if folder is None else folder.publish,
+            lambda: write_json(options.json, matrix_json(results)),
+            lambda: _print_matrix(console, results),
+        )
     changed = [one for one in results if one.changes]
     for one in changed:
         for change in one.changes:
@@ -208,13 +169,10 @@ def _run_matrix(options: argparse.Namespace, console: Console, limits: Limits) -
         f"{undecided} undecided."
     )
     if folder is not None:
-        write_matrix(folder, results)
-    _write_json(options.json, matrix_json(results))
-    if folder is not None:
-        console.print(f"Report: {escape(str(folder / 'index.html'))}", soft_wrap=True)
+        console.print(f"Report: {escape(str(folder.index))}", soft_wrap=True)
     if changed:
-        return VIOLATED
-    return UNDECIDED if undecided else 0
+        return ExitCode.VIOLATED
+    return ExitCode.UNDECIDED if undecided else ExitCode.WELL
 
 
 def _print_matrix(console: Console, results: list[RowResult]) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from markupsafe import Markup
 
@@ -13,7 +12,6 @@ from swarmproof.audit.evidence import Vectors
 from swarmproof.audit.steps import Covered, Line
 from swarmproof.audit.table import UNDER_20, CellAudit
 from swarmproof.claims.proofs import samples
-from swarmproof.errors import BadInput
 from swarmproof.report import audit_words, names
 from swarmproof.report.audit_plots import SCENES, STYLE, draw_ranges, draw_scene, draw_step
 from swarmproof.report.page import PAPER, template
@@ -57,27 +55,13 @@ class ReadingView:
     strips: list[tuple[str, Markup]]
 
 
-def write_audit(audited: Sequence[Audited], pairs: Sequence[CellAudit], folder: Path) -> Path:
-    """Write the page into `folder`, which must be there, and return its path.
+def audit_page(audited: Sequence[Audited], pairs: Sequence[CellAudit]) -> str:
+    """Return the page: one file without resources.
 
     Args:
         audited: all claims that were decided, in order.
         pairs: all cells of the table, or none.
-        folder: where `index.html` goes.
-
-    Raises:
-        BadInput: the file cannot be written.
     """
-    page = folder / "index.html"
-    try:
-        page.write_text(audit_page(audited, pairs), encoding="utf-8")
-    except OSError as error:
-        raise BadInput(f"cannot write to {folder}: {error.strerror}; give a folder that can be written to") from None
-    return page
-
-
-def audit_page(audited: Sequence[Audited], pairs: Sequence[CellAudit]) -> str:
-    """Return the page: one file without resources."""
     by_id: dict[str, list[ReadingView]] = {}
     for each in audited:
         by_id.setdefault(each.claim.id, []).append(ReadingView(each, _groups(each.answers), _strips(each)))

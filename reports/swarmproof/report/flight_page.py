@@ -6,20 +6,19 @@ import re
 from collections import Counter
 from dataclasses import dataclass
 from html import escape
-from pathlib import Path
 
 from markupsafe import Markup
 
 from swarmproof.assess.judge import FlightVerdict, Flown
 from swarmproof.assess.log import Log, Outcome
 from swarmproof.assess.run import Setting
-from swarmproof.errors import BadInput
 from swarmproof.mlr.algorithm1 import CuState
+from swarmproof.output import ReportFolder
 from swarmproof.report import flight_facts, flight_words, names
 from swarmproof.report.flight_plots import Picture, check_available, pictures
 from swarmproof.report.page import PAPER, template
 
-__all__ = ["check_available", "write_flight"]
+__all__ = ["check_available", "put_flight"]
 
 #: Attempts without a plan that are listed; of the others, it is said how many there are.
 MOST_LISTED = 12
@@ -48,8 +47,8 @@ class Told:
     lines: tuple[tuple[str, str], ...]
 
 
-def write_flight(folder: Path, setting: Setting, loss: str, flown: Flown, log: Log) -> Path:
-    """Write the report of a flight into `folder`, which must be there, and return the path of its page.
+def put_flight(folder: ReportFolder, setting: Setting, loss: str, flown: Flown, log: Log) -> None:
+    """Put the report of a flight into `folder`: its page and pictures.
 
     Args:
         folder: where `index.html` and the pictures go.
@@ -59,18 +58,13 @@ def write_flight(folder: Path, setting: Setting, loss: str, flown: Flown, log: L
         log: all rounds of the flight, at least one.
 
     Raises:
-        BadInput: there is no matplotlib, or a file cannot be written.
+        BadInput: there is no matplotlib.
     """
     check_available()
     drawn = pictures(flown, log)
-    page = folder / "index.html"
-    try:
-        for picture in drawn:
-            (folder / f"{picture.name}.svg").write_text(picture.svg, encoding="utf-8")
-        page.write_text(flight_page(setting, loss, flown, log, drawn), encoding="utf-8")
-    except OSError as error:
-        raise BadInput(f"cannot write to {folder}: {error.strerror}; give a folder that can be written to") from None
-    return page
+    for picture in drawn:
+        folder.put(f"{picture.name}.svg", picture.svg)
+    folder.put("index.html", flight_page(setting, loss, flown, log, drawn))
 
 
 def flight_page(setting: Setting, loss: str, flown: Flown, log: Log, drawn: list[Picture]) -> str:

@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from swarmproof.assess.exhaustive import Exhaustive, Verdict
 from swarmproof.assess.run import Setting
 from swarmproof.channel.pattern import lost_in
-from swarmproof.channel.script import write_script
+from swarmproof.channel.script import script_text
+from swarmproof.output import ReportFolder
 from swarmproof.report import flight_words
 
 _TAGS = {Verdict.HOLDS: "good", Verdict.VIOLATED: "bad", Verdict.UNDECIDED: "dim", Verdict.NOT_APPLICABLE: "dim"}
 
 
-def write_patterns(folder: Path, setting: Setting, rounds: int, found: Exhaustive) -> Path:
-    """Write ``index.html`` and, for each violated claim, ``CLAIM.losses.json`` into `folder`; return the page."""
-    for old in folder.glob("*.losses.json"):
-        old.unlink()
+def put_patterns(folder: ReportFolder, setting: Setting, rounds: int, found: Exhaustive) -> None:
+    """Put ``index.html`` and, for each violated claim, ``CLAIM.losses.json`` into `folder`."""
     for decided in found.claims:
         if decided.verdict is Verdict.VIOLATED:
             losses = [lost_in(flown.at_cus, flown.at_uavs) for flown in decided.cause]
-            write_script(folder / f"{decided.claim.id}.losses.json", losses, setting.scenario.uavs, setting.cus)
+            folder.put(f"{decided.claim.id}.losses.json", script_text(losses, setting.scenario.uavs, setting.cus))
     loader = PackageLoader("swarmproof.report", "templates")
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
     page = environment.get_template("flight_patterns.html.j2").render(
@@ -34,6 +31,4 @@ def write_patterns(folder: Path, setting: Setting, rounds: int, found: Exhaustiv
         growth=list(zip(found.patterns, found.swarms[1:], strict=True)),
         scope=flight_words.patterns_scope(setting, rounds, found),
     )
-    path = folder / "index.html"
-    path.write_text(page, encoding="utf-8")
-    return path
+    folder.put("index.html", page)

@@ -11,6 +11,7 @@ from typing import Any
 from swarmproof.assess.positions import PlanRow, Positions
 from swarmproof.assess.run import Setting
 from swarmproof.errors import BadInput
+from swarmproof.files.writing import write
 from swarmproof.report.flight_bounds import bounds_document
 from swarmproof.scenario.digest import digest
 
@@ -30,13 +31,9 @@ def write_positions(path: Path, setting: Setting, positions: Positions) -> None:
     """Write the file; its name ends as :func:`check_format` wants it.
 
     Raises:
-        BadInput: it cannot be written.
+        Failed: it cannot be written.
     """
-    text = as_csv(positions) if path.suffix.lower() == ".csv" else as_json(setting, positions)
-    try:
-        path.write_text(text, encoding="utf-8", newline="")
-    except OSError as error:
-        raise BadInput(f"cannot write {path}: {error.strerror}; give a file that can be written") from None
+    write(path, as_csv(positions) if path.suffix.lower() == ".csv" else as_json(setting, positions))
 
 
 def as_csv(positions: Positions) -> str:

@@ -14,9 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from swarmproof.errors import BadInput
+from swarmproof.files.writing import write
 from swarmproof.margin.bounds import Margin
 from swarmproof.margin.witness import Motion
-from swarmproof.report.folder import claim_file
+from swarmproof.output import reserve_file
 from swarmproof.report.margin_sweep import draw_sweep
 from swarmproof.report.margin_words import scaled_distance
 from swarmproof.report.plot_style import (
@@ -70,7 +71,7 @@ def check_path(path: Path) -> None:
         import matplotlib.figure  # noqa: F401
     except ImportError:
         raise BadInput("plots need matplotlib: install it by pip install 'swarmproof[plots]'") from None
-    claim_file(path)
+    reserve_file(path)
 
 
 def plot_margin(margin: Margin, path: Path) -> None:
@@ -154,10 +155,7 @@ def _write(draw: Callable[[Figure], None], path: Path) -> None:
         FigureCanvasAgg(figure)
         draw(figure)
         figure.savefig(content, format=suffix[1:], metadata=METADATA[suffix])
-    try:
-        path.write_bytes(content.getvalue())
-    except OSError as error:
-        raise BadInput(f"cannot write {path}: {error.strerror}; give a file that can be written") from None
+    write(path, content.getvalue())
 
 
 def _headline(margin: Margin) -> str:

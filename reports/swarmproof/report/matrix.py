@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import msgspec
 
 from swarmproof.claims.registry import CLAIMS
-from swarmproof.report.folder import write_result
+from swarmproof.output import ReportFolder
 from swarmproof.report.page import template
 from swarmproof.report.verdicts import as_json
+from swarmproof.report.verification import put_result
 from swarmproof.verify.matrix import RowResult, in_short
 
 SCHEMA = "swarmproof.matrix/1"
@@ -44,11 +44,9 @@ def matrix_page(results: Sequence[RowResult]) -> str:
     )
 
 
-def write_matrix(folder: Path, results: Sequence[RowResult]) -> None:
-    """Write the matrix, and for each configuration a folder with its pages and traces."""
+def put_matrix(folder: ReportFolder, results: Sequence[RowResult]) -> None:
+    """Put the matrix, and for each configuration a folder with its pages and traces, into `folder`."""
     for one in results:
-        own = folder / one.row.name
-        own.mkdir(parents=True, exist_ok=True)
-        write_result(own, one.result)
-    (folder / "matrix.json").write_bytes(matrix_json(results))
-    (folder / "index.html").write_text(matrix_page(results), encoding="utf-8")
+        put_result(folder, one.result, within=f"{one.row.name}/")
+    folder.put("matrix.json", matrix_json(results))
+    folder.put("index.html", matrix_page(results))

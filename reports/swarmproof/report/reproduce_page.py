@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from swarmproof.claims.repeated import Observation
-from swarmproof.errors import BadInput
+from swarmproof.output import ReportFolder
 from swarmproof.report import reproduce_words
 from swarmproof.report.page import PAPER, template
 from swarmproof.report.reproduce_numbers import Data
@@ -74,30 +73,23 @@ class Shown:
     cell: Cell | None
 
 
-def write_reproduction(folder: Path, experiment: Experiment, found: Mapping[Cell, Stored], quick: bool) -> None:
-    """Write the page into `folder`, which must be there: `index.html`, `README.md`, pictures, and `cells.csv`.
+def put_reproduction(folder: ReportFolder, experiment: Experiment, found: Mapping[Cell, Stored], quick: bool) -> None:
+    """Put the page into `folder`: `index.html`, `README.md`, pictures, and `cells.csv`.
 
     Args:
         folder: where they go.
         experiment: what was flown.
         found: what is known of its cells; whatever is missing is said to be missing.
         quick: whether it is the small version.
-
-    Raises:
-        BadInput: a file cannot be written.
     """
     every = [Data.of(experiment, variant, found) for variant in experiment.variants]
     drawn = pictures(every[0])
     about = _about(experiment, every, found, quick)
-    files: dict[str, bytes] = {picture.name: picture.png for picture in drawn}
+    for picture in drawn:
+        folder.put(picture.name, picture.png)
     for name, source in (("index.html", "reproduce.html.j2"), ("README.md", "reproduce.md.j2")):
-        files[name] = template(source).render(**about, pictures=drawn).encode()
-    files["cells.csv"] = cells_csv(every).encode()
-    try:
-        for name, content in files.items():
-            (folder / name).write_bytes(content)
-    except OSError as error:
-        raise BadInput(f"cannot write to {folder}: {error.strerror}; give a folder that can be written to") from None
+        folder.put(name, template(source).render(**about, pictures=drawn))
+    folder.put("cells.csv", cells_csv(every))
 
 
 def _about(

@@ -36,6 +36,8 @@ from swarmproof.theorem3.values import (
 
 #: How many collision windows, and how many state-bound samples, one period T_s may have.
 MOST_WINDOWS = 1000
+#: The parameters whose extreme safe value can be searched for (checks: margin.solve).
+EXTREMES = ("T_c", "v_max", "v_norm", "d_hat_min")
 
 
 class Reading(StrEnum):

@@ -1,4 +1,4 @@
-"""Sweeps: results do not depend on processes or order; what goes wrong in a process ends in one sentence, no hang.
+"""The pool, by sweeps of cells: results do not depend on processes or order; what goes wrong is one sentence, no hang.
 
 A process takes a second to begin, so several things are asked of each sweep.
 """
@@ -10,7 +10,6 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
@@ -19,8 +18,8 @@ from pathlib import Path
 
 import pytest
 
-from swarmproof.errors import BadInput
-from swarmproof.reproduce import sweep as module
+from swarmproof.campaign import pool as module
+from swarmproof.errors import BadInput, Failed
 from swarmproof.reproduce.cell import Cell
 from swarmproof.reproduce.measure import measure
 from swarmproof.reproduce.store import Stored
@@ -40,7 +39,7 @@ def say():
         time.sleep(0.01)
     print(*(child.pid for child in multiprocessing.active_children()), flush=True)
 threading.Thread(target=say, daemon=True).start()
-sweep([{CELLS[0]!r}, {LONG!r}, {LONG!r}], 2, lambda cell, stored: print("flown", flush=True))
+sweep([{CELLS[0]!r}, {LONG!r}, {LONG!r}], 2, lambda cell, stored: print("flown", flush=True), print)
 """
 
 
@@ -58,6 +57,11 @@ def _nothing_left(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     while multiprocessing.active_children() and time.monotonic() < deadline:
         time.sleep(0.01)
     assert not multiprocessing.active_children()
+
+
+def unheard(sentence: str) -> None:
+    """Fail if a process was killed."""
+    raise AssertionError(sentence)
 
 
 def no_result(cell: Cell, stored: Stored) -> None:
@@ -83,7 +87,7 @@ def test_neither_processes_nor_order_matter() -> None:
                     given = environment.read_text(encoding="utf-8").split("\0")
                     assert {f"{name}=1" for name in THREADS} <= set(given)
 
-        assert sweep(cells, processes, on_cell) is True
+        assert sweep(cells, processes, on_cell, unheard) is True
         assert set(told) == set(cells)
         assert all(stored.seconds > 0 for stored in told.values())
         found.append(told)
@@ -93,9 +97,14 @@ def test_neither_processes_nor_order_matter() -> None:
     assert list(one_process) != list(two_processes)
 
 
+def no_result_at_all(job: int, result: object) -> None:
+    """Fail if a job was done."""
+    raise AssertionError(job)
+
+
 def test_nothing_to_fly_is_flown_at_once() -> None:
     """Without cells no process begins, and all were flown."""
-    assert sweep([], 2, no_result) is True
+    assert sweep([], 2, no_result, unheard) is True
     assert multiprocessing.active_children() == []
 
 
@@ -109,7 +118,7 @@ def test_seconds_are_of_processor_time(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_bad_input_in_a_process_arrives() -> None:
     """A cell that cannot be flown ends the sweep with the sentence that says so; others that wait are not begun."""
     with pytest.raises(BadInput, match="fog") as error:
-        sweep([replace(CELLS[0], loss="fog"), *[LONG] * 9], 2, no_result)
+        sweep([replace(CELLS[0], loss="fog"), *[LONG] * 9], 2, no_result, unheard)
     assert "\n" not in str(error.value)
 
 
@@ -121,52 +130,43 @@ def test_a_mistake_while_a_result_is_kept_arrives() -> None:
         raise BadInput("the disk is full")
 
     with pytest.raises(BadInput, match="the disk is full"):
-        sweep([CELLS[0], *[LONG] * 3], 2, full)
+        sweep([CELLS[0], *[LONG] * 3], 2, full, unheard)
     assert time.monotonic() - begin < 30
 
 
 def kill_all() -> None:
-    """End all processes of the sweep as a lack of memory would, once there are two."""
-    while len(multiprocessing.active_children()) < 2:
+    """End all processes of the sweep as a lack of memory would, once there is one."""
+    while not multiprocessing.active_children():
         time.sleep(0.01)
     for child in multiprocessing.active_children():
         assert child.pid is not None
         os.kill(child.pid, signal.SIGKILL)
 
 
-def test_a_process_that_is_ended_from_outside_ends_the_sweep() -> None:
-    """One sentence says so, and what can be done; nothing hangs, and what was told stays told."""
-    told = []
+def test_a_process_that_is_killed_costs_one_sentence() -> None:
+    """What it had begun is begun again: every cell is told once, and the sweep is complete."""
+    told: list[Cell] = []
+    heard: list[str] = []
 
     def on_cell(cell: Cell, stored: Stored) -> None:
         told.append(cell)
-        threading.Timer(0.3, kill_all).start()
+        if len(told) == 1:
+            kill_all()
+            time.sleep(0.5)
 
-    with pytest.raises(BadInput, match=r"ended from outside.* run the command again, .* fewer --processes$") as error:
-        sweep([CELLS[0], *[LONG] * 5], 2, on_cell)
-    assert "\n" not in str(error.value)
-    assert told == [CELLS[0]]
-
-
-def test_a_process_that_is_ended_as_it_begins_ends_the_sweep() -> None:
-    """So does one that never flew anything."""
-    threading.Thread(target=kill_all, daemon=True).start()
-    with pytest.raises(BadInput, match="ended from outside"):
-        sweep([LONG] * 5, 2, no_result)
+    assert sweep(CELLS, 2, on_cell, heard.append) is True
+    assert sorted(told, key=CELLS.index) == CELLS
+    (sentence,) = heard
+    assert "ended from outside" in sentence
+    assert "\n" not in sentence
 
 
-def test_a_process_that_is_ended_while_a_result_is_kept_ends_the_sweep() -> None:
-    """So does one that is ended while another one's result is written, and results before it are kept."""
-    told = []
-
-    def on_cell(cell: Cell, stored: Stored) -> None:
-        told.append(cell)
-        kill_all()
-        time.sleep(0.5)
-
-    with pytest.raises(BadInput, match="ended from outside"):
-        sweep([*CELLS, LONG], 2, on_cell)
-    assert told
+def test_processes_that_are_always_killed_end_the_sweep() -> None:
+    """A job that kills whoever begins it is not begun for ever: one sentence says so, and nothing hangs."""
+    heard: list[str] = []
+    with pytest.raises(Failed, match=r"again and again.* fewer processes, or on a machine with more memory$"):
+        module.run_jobs(os._exit, [1, 2], 1, no_result_at_all, heard.append)
+    assert len(heard) == module.MOST_KILLS - 1
 
 
 def test_an_interrupt_ends_the_sweep_at_once() -> None:
@@ -179,7 +179,7 @@ def test_an_interrupt_ends_the_sweep_at_once() -> None:
         os.kill(os.getpid(), signal.SIGINT)
 
     try:
-        complete = sweep([CELLS[0], *[LONG] * 9], 2, on_cell)
+        complete = sweep([CELLS[0], *[LONG] * 9], 2, on_cell, unheard)
     except KeyboardInterrupt:
         pytest.fail("the interrupt went on, and would end all tests")
     assert complete is False
@@ -207,7 +207,7 @@ def test_few_cells_are_given_away_at_a_time(monkeypatch: pytest.MonkeyPatch) -> 
         told.append(cell)
         pending.difference_update([one for one in pending if one.done()])
 
-    assert sweep(CELLS, 1, on_cell) is True
+    assert sweep(CELLS, 1, on_cell, unheard) is True
     assert told == CELLS
     assert most == 2
 

@@ -1,13 +1,8 @@
-"""What several commands do with their options."""
+"""What several commands' options have in common: their values, and limits of a search."""
 
 from __future__ import annotations
 
 import argparse
-import sys
-from pathlib import Path
-
-from swarmproof.errors import BadInput
-from swarmproof.explore.search import Limits
 
 
 def whole_number(text: str) -> int:
@@ -43,25 +38,3 @@ def add_limits(parser: argparse.ArgumentParser, states: str = "states") -> None:
     """Add the options that end a search early; `states` says what is counted."""
     parser.add_argument("--max-states", type=positive_number, metavar="K", help=f"stop after K {states}: undecided")
     parser.add_argument("--max-seconds", type=positive_seconds, metavar="S", help="stop after S seconds: undecided")
-
-
-def limits_of(options: argparse.Namespace) -> Limits:
-    """Return the limits that these options give."""
-    return Limits(options.max_states, options.max_seconds)
-
-
-def write_json(target: str | None, text: str) -> None:
-    """Write a JSON document to the file `target`, or to standard output if that is ``-``; nowhere if it is None.
-
-    Raises:
-        BadInput: the file cannot be written.
-    """
-    if target is None:
-        return
-    if target == "-":
-        sys.stdout.write(text)
-        return
-    try:
-        Path(target).write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise BadInput(f"cannot write {target}: {error.strerror}; give a file that can be written, or -") from None

@@ -1,0 +1,73 @@
+"""Signals INT (Ctrl-C) and TERM: both end what is being done, and what was found is kept and told."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import Any
+
+from swarmproof.exit_codes import ExitCode
+
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+
+class Terminated(KeyboardInterrupt):
+    """The signal TERM: an interrupt that somebody else sent."""
+
+
+@contextmanager
+def handled() -> Iterator[None]:
+    """Handle the signals as :func:`leave_at_once` until :func:`from_now_on`, and as before at the end."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = [signal.getsignal(one) for one in _SIGNALS]
+    try:
+        if before[0] is not signal.SIG_IGN:  # a shell lets what runs in the background ignore Ctrl-C
+            signal.signal(signal.SIGINT, leave_at_once)
+        signal.signal(signal.SIGTERM, leave_at_once)
+        yield
+    finally:
+        for one, handler in zip(_SIGNALS, before, strict=True):
+            signal.signal(one, handler)
+
+
+def leave_at_once(number: int, frame: FrameType | None) -> None:
+    """Handle a signal while modules load, when there is nothing to keep."""
+    os.write(2, b"swarmproof: interrupted\n")
+    os._exit(ExitCode.INTERRUPTED if number == signal.SIGINT else ExitCode.TERMINATED)
+
+
+def from_now_on() -> None:
+    """Let signals raise KeyboardInterrupt, which what runs long catches to keep what it has."""
+    for one in _SIGNALS:
+        if threading.current_thread() is threading.main_thread() and signal.getsignal(one) is leave_at_once:
+            signal.signal(one, _raise)
+
+
+def _raise(number: int, frame: FrameType | None) -> None:
+    raise Terminated if number == signal.SIGTERM else KeyboardInterrupt
+
+
+@contextmanager
+def deferred() -> Iterator[None]:
+    """Let signals wait until the end of a block that must not be left in its middle."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    waiting: list[tuple[int, FrameType | None]] = []
+    before: list[Any] = [signal.getsignal(one) for one in _SIGNALS]
+    for one, handler in zip(_SIGNALS, before, strict=True):
+        if callable(handler):
+            signal.signal(one, lambda number, frame: waiting.append((number, frame)))
+    try:
+        yield
+    finally:
+        for one, handler in zip(_SIGNALS, before, strict=True):
+            signal.signal(one, handler)
+    for number, frame in waiting:
+        before[_SIGNALS.index(signal.Signals(number))](number, frame)

@@ -1,0 +1,232 @@
+"""Where a command's results go: files and folders that are reserved before anything is computed, and then whole or old.
+
+A report is a folder. It is collected, staged in a hidden folder within, and then put in place at once: its index is
+removed first and comes back last, so that there is never an index beside files of another run.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import stat
+import tempfile
+from collections.abc import Callable, Iterable
+from pathlib import Path, PurePosixPath
+from types import TracebackType
+
+import msgspec
+
+from swarmproof import streams
+from swarmproof.errors import BadInput, Failed
+from swarmproof.files.writing import is_replaced, write
+from swarmproof.interrupts import deferred
+
+try:
+    from fcntl import LOCK_EX, LOCK_NB, flock
+except ImportError:  # a system without such locks: two runs into one folder are then not noticed
+    flock = None  # type: ignore[assignment]
+
+#: In a report's folder: which files are of swarmproof, so that the next report removes what it does not write itself.
+LISTED = ".swarmproof.json"
+_STAGE = ".swarmproof-stage"
+#: What names other files of its folder: it is the first to go, and the last to come.
+_INDICES = ("verdicts.json", "matrix.json", "index.html")
+
+
+def reserve_file(target: str | Path | None) -> None:
+    """Make sure that a file can be written, before anything is computed, and leave it as it is; "-" is no file.
+
+    Raises:
+        BadInput: it cannot be written.
+    """
+    if target is None or target == "-":
+        return
+    path = Path(target)
+    try:
+        if not is_replaced(path):
+            if path.is_dir():
+                raise IsADirectoryError(None, "it is a folder")
+            if not os.access(path, os.W_OK):
+                raise PermissionError(None, "no permission")
+            return
+        path.parent.mkdir(parents=True, exist_ok=True)
+        new = not path.exists()
+        with path.open("ab"):
+            pass
+        if new:
+            path.unlink()
+    except (OSError, ValueError) as error:
+        why = error.strerror if isinstance(error, OSError) else error
+        raise BadInput(f"cannot write {target}: {why}; give a file that can be written, such as out.json") from None
+
+
+def write_json(target: str | None, document: str | bytes) -> None:
+    """Write a JSON document to the file `target`, or to standard output if that is ``-``; nowhere if it is None.
+
+    Raises:
+        Failed: it cannot be written.
+    """
+    if target == "-":
+        streams.write_bytes(document.encode("utf-8", "backslashreplace") if isinstance(document, str) else document)
+    elif target is not None:
+        write(Path(target), document)
+
+
+def deliver(*ways: Callable[[], None] | None) -> None:
+    """Tell what was found in every way that was asked for: where one fails, the others are tried all the same.
+
+    Raises:
+        Failed: some of them failed; the sentence has them all.
+    """
+    failures: list[str] = []
+    for way in ways:
+        try:
+            if way is not None:
+                way()
+        except Failed as failed:
+            failures.append(str(failed))
+    if failures:
+        raise Failed("; ".join(dict.fromkeys(failures)))
+
+
+def reserve_folder(path: Path) -> Path:
+    """Make a folder if need be, make sure that files can be written in it, and return it. Several runs may share it.
+
+    Raises:
+        BadInput: files cannot be written in it.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=path):
+            pass
+    except (OSError, ValueError) as error:
+        why = error.strerror if isinstance(error, OSError) else error
+        raise BadInput(f"cannot write to {path}: {why}; give a folder that can be written to, such as out") from None
+    return path
+
+
+class ReportFolder:
+    """A folder for a report: reserved for this run from the beginning, written at the end. To be used in a `with`.
+
+    Attributes:
+        path: the folder.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Make the folder if need be, and make sure that it can be written to, and that no other run does so.
+
+        Raises:
+            BadInput: it cannot be used.
+        """
+        self.path = reserve_folder(path)
+        self._files: dict[str, str | bytes] = {}
+        self._lock = _locked(path)
+        shutil.rmtree(path / _STAGE, ignore_errors=True)  # of a run that was killed
+
+    def __enter__(self) -> ReportFolder:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        if self._lock >= 0:
+            os.close(self._lock)
+
+    @property
+    def index(self) -> Path:
+        """The page to open first."""
+        return self.path / "index.html"
+
+    def put(self, name: str, content: str | bytes) -> None:
+        """Collect a file; `name` is relative to the folder, with `/`."""
+        self._files[name] = content
+
+    def publish(self) -> None:
+        """Write what was collected, and remove what an earlier report wrote; all or, on failure, nothing.
+
+        Raises:
+            Failed: it cannot be written.
+        """
+        stage = self.path / _STAGE
+        try:
+            try:
+                self._stage(stage)
+                with deferred():
+                    self._commit(stage)
+            finally:
+                shutil.rmtree(stage, ignore_errors=True)
+        except OSError as error:
+            raise Failed(f"the report in {self.path} cannot be written: {error.strerror or error}") from None
+
+    def _stage(self, stage: Path) -> None:
+        for name, content in self._files.items():
+            path = stage / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            data = content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
+            path.write_bytes(data)
+
+    def _commit(self, stage: Path) -> None:
+        earlier = _listed(self.path)
+        self._list({*earlier, *self._files})  # so that the next run knows what is there, if this one is killed
+        for name in sorted({*earlier, *self._files}, key=_order, reverse=True):
+            if _order(name)[0] or name not in self._files:
+                (self.path / name).unlink(missing_ok=True)
+        for name in sorted(self._files, key=_order):
+            path = self.path / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            os.replace(stage / name, path)
+        for folder in {(self.path / name).parent for name in earlier} - {self.path}:
+            if folder.is_dir() and not any(folder.iterdir()):
+                folder.rmdir()
+        self._list(self._files)
+
+    def _list(self, names: Iterable[str]) -> None:
+        document = {"schema": "swarmproof.report/1", "files": sorted(names)}
+        write(self.path / LISTED, msgspec.json.format(msgspec.json.encode(document), indent=1) + b"\n")
+
+
+def _order(name: str) -> tuple[int, int, str]:
+    """Return where a file stands in the order of writing: indices last, those of the whole report behind all others."""
+    path = PurePosixPath(name)
+    rank = _INDICES.index(path.name) + 1 if path.name in _INDICES else 0
+    return bool(rank), rank - 10 * len(path.parts), name
+
+
+def _listed(folder: Path) -> set[str]:
+    """Return the files that an earlier report wrote here; none if the list is not ours."""
+    path = folder / LISTED
+    try:
+        if not stat.S_ISREG(path.lstat().st_mode) or path.stat().st_size > 10**7:
+            return set()
+        names = msgspec.json.decode(path.read_bytes(), type=dict[str, object]).get("files")
+    except (OSError, ValueError, RecursionError):
+        return set()
+    listed = names if isinstance(names, list) else []
+    return {name for name in listed if isinstance(name, str) and _is_within(name)}
+
+
+def _is_within(name: str) -> bool:
+    path = PurePosixPath(name)
+    return bool(path.parts) and not path.is_absolute() and ".." not in path.parts and "\0" not in name
+
+
+def _locked(folder: Path) -> int:
+    """Return a descriptor that keeps other runs out of the folder until it is closed, also by a kill.
+
+    Raises:
+        BadInput: another run has it.
+    """
+    if flock is None:
+        return -1
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        flock(descriptor, LOCK_EX | LOCK_NB)
+    except BlockingIOError:
+        os.close(descriptor)
+        raise BadInput(
+            f"another run of swarmproof is writing to {folder}: wait until it has ended, or give another folder"
+        ) from None
+    except OSError:  # a network's file system without such locks
+        os.close(descriptor)
+        return -1
+    return descriptor

@@ -1,0 +1,74 @@
+"""What a person sees while a command runs: text on standard output, progress on standard error."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import suppress
+from typing import Any, TextIO, cast
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn, TimeElapsedColumn
+from rich.status import Status
+
+from swarmproof.errors import Failed
+from swarmproof.streams import told
+
+
+class _Checked:
+    """A stream of text whose failures are sentences."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        with told(self._stream):
+            return self._stream.write(text)
+
+    def flush(self) -> None:
+        with told(self._stream):
+            self._stream.flush()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+
+class _Courtesy(_Checked):
+    """A stream of text that may fail: a progress bar that cannot be shown stops nothing."""
+
+    def write(self, text: str) -> int:
+        try:
+            return super().write(text)
+        except Failed:
+            return len(text)
+
+    def flush(self) -> None:
+        with suppress(Failed):
+            super().flush()
+
+
+def text(json_target: str | None = None) -> Console:
+    """Return where the text of a command goes: standard output, or standard error if JSON goes to standard output.
+
+    Its `print` raises :class:`~swarmproof.errors.Failed` where it cannot be written.
+    """
+    return Console(file=_as_text(_Checked(sys.stderr if json_target == "-" else sys.stdout)), highlight=False)
+
+
+def progress_console() -> Console:
+    """Return where progress goes: standard error. What cannot be shown there is not shown."""
+    return Console(file=_as_text(_Courtesy(sys.stderr)))
+
+
+def status(what: str) -> Status:
+    """Return a line that says what is going on, until its end."""
+    return Status(what, console=progress_console())
+
+
+def bar(unit: str = "", *more: ProgressColumn, transient: bool = True) -> Progress:
+    """Return a progress bar that counts `unit`; tasks' descriptions stand behind it."""
+    columns: list[ProgressColumn] = [BarColumn(), MofNCompleteColumn(), TextColumn(unit), TimeElapsedColumn(), *more]
+    return Progress(*columns, TextColumn("{task.description}"), console=progress_console(), transient=transient)
+
+
+def _as_text(stream: _Checked) -> TextIO:
+    return cast(TextIO, stream)
