@@ -477,7 +477,7 @@ def test_bad_input_is_one_sentence(
 def test_what_cannot_be_written_in_the_end_is_one_sentence(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A folder that is gone when the result is written is a failure of the world, and the verdict is told all the same."""
+    """A folder that is gone when the result is written is a failure of the world; the verdict is told all the same."""
     monkeypatch.setattr(command, "_reserve", lambda options: None)
     for option in ("--json", "--certificate"):
         assert main([*HOLDS, option, str(tmp_path / "gone" / "file.json")]) == 4

@@ -40,6 +40,10 @@ def _run(arguments: Sequence[str]) -> int:
         options = parse(arguments)
     except SystemExit as done:  # --help and --version have said what they say
         return int(done.code or 0)
+    try:
+        os.getcwd()
+    except OSError:
+        raise Failed("the working directory is not there any more: go to one that is, such as by cd ~") from None
     run = command_of(options)
     interrupts.from_now_on()
     return run(options)
@@ -70,7 +74,3 @@ def _ending(error: BaseException) -> tuple[str, ExitCode]:
 def _defect(error: BaseException) -> str:
     what = " ".join(f"{type(error).__name__}: {error}".split())
     return f"this is a defect of swarmproof, no verdict, and nothing that you did wrong: {what[:300]}"
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -117,6 +117,17 @@ def finish() -> None:
         sys.stdout.flush()
 
 
+def print_out(text: str) -> None:
+    """Write a text to standard output.
+
+    Raises:
+        Failed: it cannot be written.
+    """
+    with told(sys.stdout):
+        sys.stdout.write(text)
+        sys.stdout.flush()
+
+
 def write_bytes(data: bytes) -> None:
     """Write a document to standard output as it is, in UTF-8 whatever the terminal's encoding.
 

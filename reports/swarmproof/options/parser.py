@@ -10,6 +10,7 @@ from importlib import import_module
 from typing import Any, NoReturn, Protocol, cast
 
 from swarmproof.errors import BadInput
+from swarmproof.streams import print_out
 
 #: The commands, and what each does. `swarmproof.options.NAME` has its options, `swarmproof.commands.NAME` runs it.
 COMMANDS: dict[str, str] = {
@@ -79,6 +80,10 @@ class _Parser(argparse.ArgumentParser):
                 message += f", such as {option} {example}" if option else f", such as {example}"
         raise BadInput(f"{message} (`{self.prog} --help` lists what can be given)")
 
+    def _print_message(self, message: str, file: Any = None) -> None:
+        """Print help so that a failure is seen: argparse would swallow it."""
+        print_out(message)
+
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
         """Refuse here what is not known: else the program's parser would, which does not know the command's options."""
         known, rest = super().parse_known_args(args, namespace)
@@ -95,7 +100,7 @@ class _Version(argparse.Action):
     def __call__(self, parser: argparse.ArgumentParser, *_: object, **__: object) -> NoReturn:
         from importlib.metadata import version
 
-        print(f"swarmproof {version('swarmproof')}")
+        print_out(f"swarmproof {version('swarmproof')}\n")
         parser.exit()
 
 
