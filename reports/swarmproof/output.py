@@ -29,6 +29,7 @@ except ImportError:  # a system without such locks: two runs into one folder are
 #: In a report's folder: which files are of swarmproof, so that the next report removes what it does not write itself.
 LISTED = ".swarmproof.json"
 _STAGE = ".swarmproof-stage"
+_LISTS = (".first", ".last")
 #: What names other files of its folder: it is the first to go, and the last to come.
 _INDICES = ("verdicts.json", "matrix.json", "index.html")
 
@@ -164,10 +165,13 @@ class ReportFolder:
             path.parent.mkdir(parents=True, exist_ok=True)
             data = content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
             path.write_bytes(data)
+        # first, so that the next run knows what is there if this one is killed; and in the end
+        (stage / _LISTS[0]).write_bytes(_list({*_listed(self.path), *self._files}))
+        (stage / _LISTS[1]).write_bytes(_list(self._files))
 
     def _commit(self, stage: Path) -> None:
         earlier = _listed(self.path)
-        self._list({*earlier, *self._files})  # so that the next run knows what is there, if this one is killed
+        os.replace(stage / _LISTS[0], self.path / LISTED)
         for name in sorted({*earlier, *self._files}, key=_order, reverse=True):
             if _order(name)[0] or name not in self._files:
                 (self.path / name).unlink(missing_ok=True)
@@ -178,11 +182,12 @@ class ReportFolder:
         for folder in {(self.path / name).parent for name in earlier} - {self.path}:
             if folder.is_dir() and not any(folder.iterdir()):
                 folder.rmdir()
-        self._list(self._files)
+        os.replace(stage / _LISTS[1], self.path / LISTED)
 
-    def _list(self, names: Iterable[str]) -> None:
-        document = {"schema": "swarmproof.report/1", "files": sorted(names)}
-        write(self.path / LISTED, msgspec.json.format(msgspec.json.encode(document), indent=1) + b"\n")
+
+def _list(names: Iterable[str]) -> bytes:
+    document = {"schema": "swarmproof.report/1", "files": sorted(names)}
+    return msgspec.json.format(msgspec.json.encode(document), indent=1) + b"\n"
 
 
 def _order(name: str) -> tuple[int, int, str]:

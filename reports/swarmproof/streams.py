@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import os
+import re
 import sys
 import unicodedata
 from collections.abc import Iterator
@@ -16,13 +17,6 @@ from swarmproof.errors import Failed
 #: What stands for a letter or sign of ours where the encoding has none. No two verdicts get the same.
 SUBSTITUTES = {
     "Δ": "Delta ",
-    "Θ": "Theta",
-    "α": "alpha",
-    "β": "beta",
-    "δ": "delta",
-    "θ": "theta",
-    "λ": "lambda",
-    "τ": "tau",
     "✓": "+",
     "✗": "x",
     "×": "x",
@@ -47,6 +41,7 @@ SUBSTITUTES = {
     "‖": "||",
     "√": "sqrt",
     "½": "1/2",
+    "µ": "u",
     "±": "+-",
     "²": "^2",
     "³": "^3",
@@ -59,9 +54,20 @@ SUBSTITUTES = {
     "“": '"',
     "”": '"',
     "\u0302": "_hat",  # d̂
+    "\u0303": "_tilde",
     "•": "*",
+    "′": "'",
+    "↺": "(loop)",
+    "⌊": "floor(",
+    "⌋": ")",
+    "⟨": "<",
+    "⟩": ">",
+    "◆": "<>",
+    "◐": "(half)",
+    "\ufeff": "",
 }
-_HANDLER = "swarmproof"
+#: The name of our error handler of codecs.
+HANDLER = "swarmproof"
 
 
 def substitute(error: UnicodeError) -> tuple[str, int]:
@@ -74,8 +80,14 @@ def substitute(error: UnicodeError) -> tuple[str, int]:
 def _plain(letter: str) -> str:
     if letter in SUBSTITUTES:
         return SUBSTITUTES[letter]
+    greek = re.fullmatch(r"GREEK (SMALL|CAPITAL) LETTER (\w+)", unicodedata.name(letter, ""))
+    if greek is not None:
+        return greek[2].lower() if greek[1] == "SMALL" else greek[2].title()
     base = unicodedata.normalize("NFD", letter)[0]
     return base if base.isascii() else letter.encode("ascii", "backslashreplace").decode()
+
+
+codecs.register_error(HANDLER, substitute)
 
 
 def prepare() -> None:
@@ -89,10 +101,9 @@ def prepare() -> None:
             os.fstat(descriptor)
         except OSError:
             os.open(os.devnull, os.O_RDWR)
-    codecs.register_error(_HANDLER, substitute)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(errors=_HANDLER)
+            stream.reconfigure(errors=HANDLER)
     if sys.stderr is None:
         sys.stderr = open(os.devnull, "w")  # noqa: SIM115 - as long as the process
     if sys.stdout is None:

@@ -5,7 +5,10 @@ from __future__ import annotations
 import errno
 import os
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 from swarmproof.errors import Failed
 
@@ -13,6 +16,8 @@ from swarmproof.errors import Failed
 _NOT_REPLACED = ("/dev/", "/proc/")
 #: What a file system says that has no files without a name.
 _NO_NAMELESS = (errno.EOPNOTSUPP, errno.EISDIR, errno.ENOENT, errno.EINVAL, errno.EPERM)
+#: How often another process may take the name that a file has for a moment.
+_MOST_RACES = 100
 
 
 def write(path: Path, content: str | bytes) -> None:
@@ -55,36 +60,72 @@ def _write_into(path: Path, data: bytes) -> None:
 
 def _replace(path: Path, data: bytes) -> None:
     mode = stat.S_IMODE(path.stat().st_mode) if path.exists() else None
-    aside = path.with_name(f".{path.name[:100]}.{os.getpid()}.part")
     try:
-        _write_aside(aside, path, data, mode)
+        for _ in range(_MOST_RACES):
+            with _nameless(path.parent, data, mode) as descriptor:
+                if descriptor is None:
+                    _write_aside(path, data, mode)
+                elif not _give_name(descriptor, path):
+                    continue
+            return
+        raise OSError(errno.EAGAIN, "other processes write it all the time")
     except PermissionError:
         if mode is None or os.access(path.parent, os.W_OK):
             raise
         _write_into(path, data)
 
 
-def _write_aside(aside: Path, path: Path, data: bytes, mode: int | None) -> None:
-    """Write a file without a name, if there can be one, so that a kill leaves nothing; then give it the name."""
+@contextmanager
+def _nameless(folder: Path, data: bytes, mode: int | None) -> Iterator[int | None]:
+    """Write a file that has no name, so that a kill leaves nothing; None where there can be no such file."""
     try:
-        descriptor = os.open(path.parent, os.O_WRONLY | os.O_TMPFILE, 0o666)
+        os.stat("/proc/self/fd")
+        descriptor = os.open(folder, os.O_WRONLY | os.O_TMPFILE, 0o666)
     except (AttributeError, OSError) as error:  # no such system, or no such file system
         if isinstance(error, OSError) and error.errno not in _NO_NAMELESS:
             raise
-        descriptor = -1
+        yield None
+        return
+    with os.fdopen(descriptor, "wb") as file:
+        _fill(file, data, mode)
+        yield descriptor
+
+
+def _fill(file: BinaryIO, data: bytes, mode: int | None) -> None:
+    file.write(data)
+    file.flush()
+    if mode is not None:
+        os.fchmod(file.fileno(), mode)
+
+
+def _give_name(descriptor: int, path: Path) -> bool:
+    """Give a file its name, in the place of another; False if another process was just here, or was killed here."""
+    aside = _aside(path)
     try:
-        nameless = descriptor >= 0
-        if not nameless:
-            descriptor = os.open(aside, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
-        with os.fdopen(descriptor, "wb") as file:
-            file.write(data)
-            file.flush()
-            if mode is not None:
-                os.fchmod(file.fileno(), mode)
-            if nameless:
-                number = file.fileno()  # given as src_dir_fd, it makes Python follow the link in /proc
-                os.link(f"/proc/self/fd/{number}", aside, src_dir_fd=number, follow_symlinks=True)
+        # src_dir_fd, whatever it is, makes Python follow the link in /proc
+        os.link(f"/proc/self/fd/{descriptor}", aside, src_dir_fd=descriptor, follow_symlinks=True)
+        os.replace(aside, path)
+    except FileExistsError:
+        aside.unlink(missing_ok=True)
+        return False
+    except FileNotFoundError:  # the other one has removed it
+        return False
+    except BaseException:
+        aside.unlink(missing_ok=True)
+        raise
+    return True
+
+
+def _write_aside(path: Path, data: bytes, mode: int | None) -> None:
+    aside = _aside(path, f".{os.getpid()}")
+    try:
+        with open(aside, "wb") as file:
+            _fill(file, data, mode)
         os.replace(aside, path)
     except BaseException:
         aside.unlink(missing_ok=True)
         raise
+
+
+def _aside(path: Path, whose: str = "") -> Path:
+    return path.with_name(f".{path.name[:100]}{whose}.part")
