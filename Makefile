@@ -1,4 +1,4 @@
-# Two commands matter: `make verify` and `make test`. Both set up .venv on first use.
+# Two commands matter: `make verify` and `make test`. Both set up .venv on first use; then .venv/bin/swarmproof is there.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -10,6 +10,7 @@ ARGS ?=
 
 verify: $(VENV)/.installed
 	$(BIN)/swarmproof verify --matrix --report out/verify $(ARGS)
+	@echo 'To call swarmproof: $(BIN)/swarmproof --help, or in this shell: export PATH="$(CURDIR)/$(BIN):$$PATH"'
 
 test: $(VENV)/.installed
 	$(BIN)/python -m pytest -m "not deep" -n auto --dist worksteal $(ARGS)

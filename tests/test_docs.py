@@ -10,7 +10,8 @@ import pytest
 from tests.verdict_table import render
 
 from swarmproof.cli import main
-from swarmproof.options.parser import parser
+from swarmproof.exit_codes import ExitCode
+from swarmproof.options.parser import COMMANDS, parser
 from swarmproof.semantics.switches import PRESETS, SWITCHES
 
 ROOT = Path(__file__).parent.parent
@@ -33,12 +34,16 @@ def test_every_switch_is_documented() -> None:
         assert f"`{preset}`" in text
 
 
-def test_readme_transcript_is_real(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_readme_transcript_is_real(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     """What README.md shows of `swarmproof verify` is what it prints, but for the seconds."""
     monkeypatch.setenv("COLUMNS", "100")
-    main(["verify"])
+    monkeypatch.chdir(tmp_path)
+    main(["verify", "--report", "report"])
     printed = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
-    shown = (ROOT / "README.md").read_text().split("    $ swarmproof verify\n", 1)[1].split("\n\n", 1)[0]
+    text = (ROOT / "README.md").read_text()
+    shown = text.split("    $ swarmproof verify --report report\n", 1)[1].split("\n\n", 1)[0]
 
     def without_seconds(lines: list[str]) -> list[str]:
         return [re.sub(r"\(\d+\.\d s\)", "(s)", line) for line in lines]
@@ -66,3 +71,34 @@ def test_commands_can_be_given(document: Path) -> None:
                 parser().parse_args([*words, "--help"])
         else:
             parser().parse_args(words)
+
+
+def commands_shown(text: str) -> list[list[str]]:
+    """Return the command lines that a reader can type, in their order: in tables and in transcripts."""
+    found = re.findall(r"^(?:    \$ |\|[^|]*\| `)(swarmproof [^`\n]+)", text, re.MULTILINE)
+    return [shlex.split(command, comments=True)[1:] for command in found]
+
+
+@pytest.mark.deep
+def test_every_command_of_the_readme_works_in_the_order_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A newcomer who types what README.md shows, from top to bottom, is never told that something is missing."""
+    monkeypatch.chdir(tmp_path)
+    commands = commands_shown((ROOT / "README.md").read_text())
+    assert len(commands) >= 10
+    assert {words[0] for words in commands} == set(COMMANDS)
+    for words in commands:
+        assert main(words) in (ExitCode.WELL, ExitCode.VIOLATED, ExitCode.UNDECIDED), words
+
+
+@pytest.mark.parametrize(
+    "command", [pytest.param(name, marks=[pytest.mark.deep] if name == "reproduce" else []) for name in COMMANDS]
+)
+def test_the_example_of_every_help_works(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`--help` shows an example, which is said as it can be typed, and gives a verdict."""
+    assert main([command, "--help"]) == ExitCode.WELL
+    _, example = capsys.readouterr().out.split("\nExample:\n")
+    monkeypatch.chdir(tmp_path)
+    for part in example.split(" && "):
+        assert main(shlex.split(part)[1:]) in (ExitCode.WELL, ExitCode.VIOLATED, ExitCode.UNDECIDED)

@@ -136,7 +136,7 @@ def parser(commands: Sequence[str] = tuple(COMMANDS)) -> argparse.ArgumentParser
             name,
             help=about,
             description=of.DESCRIPTION,
-            epilog="\n\n".join(text for text in (of.EPILOG, f"Example: {of.EXAMPLE}") if text),
+            epilog="\n\n".join(text for text in (of.EPILOG, f"Example:\n  {of.EXAMPLE}") if text),
             formatter_class=_Help,
             allow_abbrev=False,
         )
