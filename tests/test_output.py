@@ -202,6 +202,13 @@ def test_where_one_way_fails_the_others_are_tried() -> None:
         deliver(fail, lambda: told.append("first"), None, fail_too, lambda: told.append("last"))
     assert told == ["first", "last"]
 
+    def crash() -> None:
+        raise ZeroDivisionError("0")
+
+    with pytest.raises(ZeroDivisionError):
+        deliver(fail, crash, lambda: told.append("after the crash"))
+    assert told[-1] == "after the crash"
+
 
 @pytest.mark.parametrize("name", ["file/below", "folder", "loop", "\0", "x" * 300])
 def test_what_cannot_be_written_is_refused_before(tmp_path: Path, name: str) -> None:

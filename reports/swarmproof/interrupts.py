@@ -27,9 +27,9 @@ def handled() -> Iterator[None]:
         return
     before = [signal.getsignal(one) for one in _SIGNALS]
     try:
-        if before[0] is not signal.SIG_IGN:  # a shell lets what runs in the background ignore Ctrl-C
-            signal.signal(signal.SIGINT, leave_at_once)
-        signal.signal(signal.SIGTERM, leave_at_once)
+        for one, handler in zip(_SIGNALS, before, strict=True):
+            if handler is not signal.SIG_IGN:  # a shell lets what runs in the background ignore Ctrl-C
+                signal.signal(one, leave_at_once)
         yield
     finally:
         for one, handler in zip(_SIGNALS, before, strict=True):

@@ -51,11 +51,13 @@ def reserve_file(target: str | Path | None) -> None:
                 raise PermissionError(None, "no permission")
             return
         path.parent.mkdir(parents=True, exist_ok=True)
-        new = not path.exists()
-        with path.open("ab"):
-            pass
-        if new:
-            path.unlink()
+        path = Path(os.path.realpath(path))  # what a link points to is what is written
+        if os.path.lexists(path):
+            with path.open("ab"):
+                pass
+        else:  # which leaves nothing, whenever it is killed
+            with tempfile.TemporaryFile(dir=path.parent):
+                pass
     except (OSError, ValueError) as error:
         why = error.strerror if isinstance(error, OSError) else error
         raise BadInput(f"cannot write {target}: {why}; give a file that can be written, such as out.json") from None
@@ -76,16 +78,25 @@ def write_json(target: str | None, document: str | bytes) -> None:
 def deliver(*ways: Callable[[], None] | None) -> None:
     """Tell what was found in every way that was asked for: where one fails, the others are tried all the same.
 
+    Args:
+        ways: what takes longest, such as drawing a page, should come last.
+
     Raises:
         Failed: some of them failed; the sentence has them all.
+        Exception: of a defect of ours, which comes before failures.
     """
     failures: list[str] = []
+    defect: Exception | None = None
     for way in ways:
         try:
             if way is not None:
                 way()
         except Failed as failed:
             failures.append(str(failed))
+        except Exception as error:
+            defect = defect or error
+    if defect is not None:
+        raise defect
     if failures:
         raise Failed("; ".join(dict.fromkeys(failures)))
 

@@ -161,10 +161,20 @@ def test_a_name_that_is_no_text_becomes_an_escape(tmp_path: Path) -> None:
     assert (tmp_path / "file").read_bytes() == b'"\\udc80"'
 
 
+def test_long_names_are_written(tmp_path: Path) -> None:
+    """A name as long as the file system takes can be written, and the names in between are different."""
+    names = ["鳥" * 84 + end for end in ("a", "b")]
+    for name in names:
+        write(tmp_path / name, name)
+        write(tmp_path / name, name)
+    assert [(tmp_path / name).read_text() for name in names] == names
+    assert len({writing._aside(tmp_path / name) for name in names}) == 2
+
+
 def test_what_a_kill_left_is_cleaned_up_and_a_race_ends_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The one name that a kill can leave is taken over; whoever loses a race for it tries again."""
     path = tmp_path / "file"
-    (tmp_path / ".file.part").write_text("of a run that was killed")
+    writing._aside(path).write_text("of a run that was killed")
     write(path, "new")
     assert [one.name for one in tmp_path.iterdir()] == ["file"]
     real, lost = os.replace, 3

@@ -337,15 +337,15 @@ def test_a_report_gets_what_was_found(
 ) -> None:
     """The page is written into the folder from all results, and the command says where it is."""
     written: list[tuple[Any, ...]] = []
-    monkeypatch.setattr(command, "write_reproduction", lambda *arguments: written.append(arguments))
+    monkeypatch.setattr(command, "put_reproduction", lambda *arguments: written.append(arguments))
     assert run(results, "--report", str(tmp_path / "page")) == 0
     ((folder, experiment, found, quick),) = written
-    assert folder == tmp_path / "page"
-    assert folder.is_dir()
+    assert folder.path == tmp_path / "page"
+    assert folder.path.is_dir()
     assert experiment.name == "fig4"
     assert set(found) == {*CHOSEN, *OTHERS}
     assert quick is False
-    assert f"Report: {folder / 'index.html'}" in words(capsys.readouterr().out)
+    assert f"Report: {folder.index}" in words(capsys.readouterr().out)
 
 
 # One cell again

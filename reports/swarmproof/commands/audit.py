@@ -43,13 +43,17 @@ def run(options: argparse.Namespace) -> ExitCode:
         folder = None if options.report is None else reserved.enter_context(ReportFolder(Path(options.report)))
         audited = audit(chosen)
         pairs = audit_cells() if any(claim.id == PAIRS for claim in chosen) else []
-        if folder is not None:
-            folder.put("index.html", audit_page(audited, pairs))
         console = terminal.text(options.json)
+
+        def report() -> None:
+            if folder is not None:
+                folder.put("index.html", audit_page(audited, pairs))
+                folder.publish()
+
         deliver(
-            None if folder is None else folder.publish,
             lambda: write_json(options.json, audit_words.document(audited, pairs)),
             lambda: _print(console, audited, pairs, with_evidence=bool(options.claim)),
+            report,
         )
     if folder is not None:
         console.print(f"Report: {escape(str(folder.index))}", soft_wrap=True)

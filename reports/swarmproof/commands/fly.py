@@ -151,14 +151,17 @@ def _one_flight(
 
         flown, seconds = fly(setting, losses, rounds, watch, flight)
 
-    if folder is not None:
-        flight_page.put_flight(folder, setting, options.loss, flown, log)
+    def report() -> None:
+        if folder is not None:
+            flight_page.put_flight(folder, setting, options.loss, flown, log)
+            folder.publish()
+
     idle = losses.without_effect(flown.rounds, flown.lost) if isinstance(losses, Loss) else []
     deliver(
-        None if folder is None else folder.publish,
         None if positions is None else lambda: write_positions(Path(options.positions), setting, positions),
         lambda: write_json(options.json, flight_words.document(setting, options.loss, flown, seconds)),
         lambda: _print_flight(console, setting, options.loss, flown, [] if worst is None else worst.description, idle),
+        report,
     )
     _print_folder(console, folder)
     return _exit_code(flown)
@@ -205,12 +208,15 @@ def _every_pattern(
             limits,
         )
 
-    if folder is not None:
-        put_patterns(folder, setting, rounds, found)
+    def report() -> None:
+        if folder is not None:
+            put_patterns(folder, setting, rounds, found)
+            folder.publish()
+
     deliver(
-        None if folder is None else folder.publish,
         lambda: write_json(options.json, flight_words.patterns_document(setting, rounds, found)),
         lambda: _print_patterns(console, setting, rounds, found),
+        report,
     )
     _print_folder(console, folder)
     return _exit_code(found)

@@ -75,9 +75,9 @@ def run(options: argparse.Namespace) -> ExitCode:
         lambda: (
             write(Path(options.certificate), certificate_text(shown)) if options.certificate and certified else None
         ),
-        lambda: margin_plot.plot_margin(shown, Path(options.plot)) if options.plot else None,
         lambda: write_json(options.json, _text(margin_words.document(found, extreme))),
         tell,
+        lambda: margin_plot.plot_margin(shown, Path(options.plot)) if options.plot else None,
     )
     _print_plot(console, options)
     return _code(found) if extreme is None else _solved(extreme)
@@ -236,11 +236,11 @@ def _sweep(options: argparse.Namespace, base: Parameters, reading: Reading, cons
     results = _swept(options, problems(base, reading, axes, options.changes))
     documents = [margin_words.document(found) for found in results]
     deliver(
+        lambda: write_json(options.json, _text({"schema": "swarmproof.margin-sweep/1", "sets": documents})),
+        lambda: _print_sweep(console, results),
         lambda: (
             margin_plot.plot_sweep(results, [axis.name for axis in axes], Path(options.plot)) if options.plot else None
         ),
-        lambda: write_json(options.json, _text({"schema": "swarmproof.margin-sweep/1", "sets": documents})),
-        lambda: _print_sweep(console, results),
     )
     _print_plot(console, options)
     if options.results is not None:

@@ -70,8 +70,10 @@ def _sweep(
     decided = {variant.name: decide_variant(experiment, variant, found) for variant in experiment.variants}
     chosen = decided[experiment.variants[0].name]
 
-    if folder is not None:
-        put_reproduction(folder, experiment, found, options.quick)
+    def report() -> None:
+        if folder is not None:
+            put_reproduction(folder, experiment, found, options.quick)
+            folder.publish()
 
     def tell() -> None:
         _print_claims(console, chosen)
@@ -79,9 +81,9 @@ def _sweep(
             console.print(escape(line), soft_wrap=True)
 
     deliver(
-        None if folder is None else folder.publish,
         lambda: write_json(options.json, reproduce_words.document(experiment, options.quick, found, decided)),
         tell,
+        report,
     )
     if folder is not None:
         console.print(escape(f"Report: {folder.index}"), soft_wrap=True)

@@ -21,7 +21,7 @@ from swarmproof.explore.search import Progress as SearchProgress
 from swarmproof.output import ReportFolder, deliver, reserve_file, write_json
 from swarmproof.report.matrix import matrix_json, put_matrix
 from swarmproof.report.verdicts import as_json
-from swarmproof.report.verification import put_result
+from swarmproof.report.verification import put_result, traces_of
 from swarmproof.semantics.switches import Semantics
 from swarmproof.verify.decide import Decided, Result, Scope, Verdict, verify
 from swarmproof.verify.matrix import RowResult, load_matrix, run_matrix, select_rows
@@ -59,13 +59,17 @@ def run(options: argparse.Namespace) -> ExitCode:
                 status.update(_progress_line(progress))
 
             result = verify(scope, claims, limits, tell, status.update)
-        traces: dict[str, str] = {}
-        if folder is not None:
-            traces = {claim: str(folder.path / trace) for claim, trace in put_result(folder, result).items()}
+        traces = {} if folder is None else {claim: str(folder.path / name) for claim, name in traces_of(result).items()}
+
+        def report() -> None:
+            if folder is not None:
+                put_result(folder, result)
+                folder.publish()
+
         deliver(
-            None if folder is None else folder.publish,
             lambda: write_json(options.json, as_json(result, traces)),
             lambda: _print_result(console, result),
+            report,
         )
     if folder is not None:
         console.print(f"Report: {escape(str(folder.index))}", soft_wrap=True)
@@ -152,12 +156,16 @@ def _run_matrix(options: argparse.Namespace, console: Console, limits: Limits) -
                 bar.update(task, advance=1, description=row_result.row.name)
 
             results = run_matrix(rows, limits, os.cpu_count() or 1, tell, streams.say)
-        if folder is not None:
-            put_matrix(folder, results)
+
+        def report() -> None:
+            if folder is not None:
+                put_matrix(folder, results)
+                folder.publish()
+
         deliver(
-            None if folder is None else folder.publish,
             lambda: write_json(options.json, matrix_json(results)),
             lambda: _print_matrix(console, results),
+            report,
         )
     changed = [one for one in results if one.changes]
     for one in changed:

@@ -9,8 +9,15 @@ from swarmproof.traces.trace import encode, replay
 from swarmproof.verify.decide import Result
 
 
-def put_result(folder: ReportFolder, result: Result, within: str = "") -> dict[str, str]:
-    """Put pages, traces and verdicts of `result` into `folder`, and return the trace's file of each claim with one.
+def traces_of(result: Result) -> dict[str, str]:
+    """Return the name of the trace's file of each claim with one, relative to the folder, so that it can be moved."""
+    return {
+        decided.claim.id: f"{decided.claim.id}.trace.json" for decided in result.claims if decided.trace is not None
+    }
+
+
+def put_result(folder: ReportFolder, result: Result, within: str = "") -> None:
+    """Put pages, traces and verdicts of `result` into `folder`.
 
     Every trace is replayed on the readable model before its page is drawn.
 
@@ -18,16 +25,12 @@ def put_result(folder: ReportFolder, result: Result, within: str = "") -> dict[s
         folder: where they go.
         result: what was found.
         within: a folder in `folder`, with a `/` at its end; empty for `folder` itself.
-
-    Returns:
-        names that are relative to the folder of the verdicts, so that it can be moved.
     """
-    traces: dict[str, str] = {}
+    traces = traces_of(result)
     pages: dict[str, str] = {}
     for decided in result.claims:
         if decided.trace is None:
             continue
-        traces[decided.claim.id] = f"{decided.claim.id}.trace.json"
         folder.put(within + traces[decided.claim.id], encode(decided.trace))
         pages[decided.claim.id] = f"{decided.claim.id}.html"
         folder.put(within + pages[decided.claim.id], counterexample_page(decided, replay(decided.trace), result))
@@ -36,4 +39,3 @@ def put_result(folder: ReportFolder, result: Result, within: str = "") -> dict[s
             folder.put(f"{within}witness-{seen.id}.trace.json", encode(seen.trace))
     folder.put(within + "verdicts.json", as_json(result, traces))
     folder.put(within + "index.html", overview_page(result, pages))
-    return traces

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import hashlib
 import os
 import stat
 from collections.abc import Iterator
@@ -128,4 +129,6 @@ def _write_aside(path: Path, data: bytes, mode: int | None) -> None:
 
 
 def _aside(path: Path, whose: str = "") -> Path:
-    return path.with_name(f".{path.name[:100]}{whose}.part")
+    # as short for a long name, and never that of another file
+    digest = hashlib.sha256(os.fsencode(path.name)).hexdigest()[:16]
+    return path.with_name(f".swarmproof-{digest}{whose}.part")
