@@ -171,6 +171,7 @@ class ReportFolder:
             raise Failed(f"the report in {self.path} cannot be written: {error.strerror or error}") from None
 
     def _stage(self, stage: Path) -> None:
+        stage.mkdir(exist_ok=True)
         for name, content in self._files.items():
             path = stage / name
             path.parent.mkdir(parents=True, exist_ok=True)
