@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -13,6 +14,7 @@ from typing import Any
 import pytest
 
 from swarmproof.assess.exhaustive import Exhaustive, explore_flights
+from swarmproof.assess.judge import Judge
 from swarmproof.assess.run import Setting
 from swarmproof.channel.forms import COMBINED
 from swarmproof.channel.losses import LossModel
@@ -460,6 +462,28 @@ def test_an_interrupted_flight_tells_what_was_flown(
     said = " ".join(capsys.readouterr().out.split())
     assert "interrupted after 4 of 30 rounds; what follows is about these" in said
     assert "This flight only: 4 rounds" in said
+
+
+def test_an_interrupt_waits_until_a_round_is_judged(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Ctrl-C in the middle of a round's verdicts: what is told is that of a flight of so many whole rounds."""
+    whole, cut = tmp_path / "whole.json", tmp_path / "cut.json"
+    arguments = ["fly", "crossing", "--loss", "iid:0.1", "--json"]
+    assert main([*arguments, str(whole), "--rounds", "5"]) == 0
+    real, calls = Judge._tally, 0
+
+    def tally(self: Judge, claim: str, after: int, *more: Any) -> None:
+        nonlocal calls
+        calls += after == 5
+        if (calls, after) == (3, 5):
+            os.kill(os.getpid(), signal.SIGINT)
+        real(self, claim, after, *more)
+
+    monkeypatch.setattr(Judge, "_tally", tally)
+    assert main([*arguments, str(cut), "--rounds", "30"]) == 3
+    assert "interrupted after 5 of 30 rounds" in capsys.readouterr().out
+    assert json.loads(cut.read_text())["claims"] == json.loads(whole.read_text())["claims"]
 
 
 def test_a_flight_interrupted_at_once_says_so(

@@ -8,11 +8,9 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import Any
 
+from swarmproof.campaign.deferred import SIGNALS
 from swarmproof.exit_codes import ExitCode
-
-_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class Terminated(KeyboardInterrupt):
@@ -25,14 +23,14 @@ def handled() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = [signal.getsignal(one) for one in _SIGNALS]
+    before = [signal.getsignal(one) for one in SIGNALS]
     try:
-        for one, handler in zip(_SIGNALS, before, strict=True):
+        for one, handler in zip(SIGNALS, before, strict=True):
             if handler is not signal.SIG_IGN:  # a shell lets what runs in the background ignore Ctrl-C
                 signal.signal(one, leave_at_once)
         yield
     finally:
-        for one, handler in zip(_SIGNALS, before, strict=True):
+        for one, handler in zip(SIGNALS, before, strict=True):
             signal.signal(one, handler)
 
 
@@ -44,30 +42,10 @@ def leave_at_once(number: int, frame: FrameType | None) -> None:
 
 def from_now_on() -> None:
     """Let signals raise KeyboardInterrupt, which what runs long catches to keep what it has."""
-    for one in _SIGNALS:
+    for one in SIGNALS:
         if threading.current_thread() is threading.main_thread() and signal.getsignal(one) is leave_at_once:
             signal.signal(one, _raise)
 
 
 def _raise(number: int, frame: FrameType | None) -> None:
     raise Terminated if number == signal.SIGTERM else KeyboardInterrupt
-
-
-@contextmanager
-def deferred() -> Iterator[None]:
-    """Let signals wait until the end of a block that must not be left in its middle."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    waiting: list[tuple[int, FrameType | None]] = []
-    before: list[Any] = [signal.getsignal(one) for one in _SIGNALS]
-    for one, handler in zip(_SIGNALS, before, strict=True):
-        if callable(handler):
-            signal.signal(one, lambda number, frame: waiting.append((number, frame)))
-    try:
-        yield
-    finally:
-        for one, handler in zip(_SIGNALS, before, strict=True):
-            signal.signal(one, handler)
-    for number, frame in waiting:
-        before[_SIGNALS.index(signal.Signals(number))](number, frame)

@@ -17,9 +17,9 @@ from types import TracebackType
 import msgspec
 
 from swarmproof import streams
+from swarmproof.campaign.deferred import deferred
 from swarmproof.errors import BadInput, Failed
 from swarmproof.files.writing import is_replaced, write
-from swarmproof.interrupts import deferred
 
 try:
     from fcntl import LOCK_EX, LOCK_NB, flock

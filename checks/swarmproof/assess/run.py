@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 from swarmproof.assess.judge import Flown, Judge
+from swarmproof.campaign.deferred import deferred
 from swarmproof.channel.losses import LossModel
 from swarmproof.errors import BadInput
 from swarmproof.flight.fly import Flight, Plans
@@ -87,7 +88,7 @@ def fly(
 ) -> tuple[Flown, float]:
     """Fly `rounds` rounds and return what became of the claims, and the wall time of the loop with all checks, in s.
 
-    Interrupted, it returns what was flown so far if that is at least one round.
+    Interrupted, it returns what was flown so far, in whole rounds, if that is at least one.
 
     Args:
         setting: the flight.
@@ -104,10 +105,11 @@ def fly(
     stopped = None
     try:
         for flown in flight.rounds(state, losses, rounds):
-            judge.see(flown)
-            seen += 1
-            if watch is not None:
-                watch(flown)
+            with deferred():  # a round is judged as a whole, or not at all
+                judge.see(flown)
+                seen += 1
+                if watch is not None:
+                    watch(flown)
     except KeyboardInterrupt:
         if not seen:
             raise
