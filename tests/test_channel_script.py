@@ -16,7 +16,7 @@ from swarmproof.channel import script
 from swarmproof.channel.grammar import parse
 from swarmproof.channel.losses import Losses, nothing_lost
 from swarmproof.channel.script import read_script, write_script
-from swarmproof.errors import BadInput
+from swarmproof.errors import BadInput, Failed
 
 GOOD: dict[str, Any] = {
     "schema": "swarmproof.losses/1",
@@ -309,7 +309,7 @@ def test_bad_scripts_are_told_in_one_sentence(tmp_path: Path, content: object, s
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     """A missing file, a folder and a name that no file can have are refused in one sentence."""
     for name, says in ((f"{tmp_path}/none.json", "No such file"), (str(tmp_path), "directory"), ("a\0b", "null")):
-        with pytest.raises(BadInput, match=rf"the script .* cannot be read: .*{says}"):
+        with pytest.raises(BadInput, match=rf"cannot read the script .*: .*{says}"):
             parse(f"script:{name}", 4, 2, 0)
 
 
@@ -340,8 +340,8 @@ def test_a_script_may_have_too_many_rounds(tmp_path: Path, monkeypatch: pytest.M
 
 
 def test_files_that_cannot_be_written(tmp_path: Path) -> None:
-    """A script that cannot be written is bad input; losses of another swarm are a mistake of the caller."""
-    with pytest.raises(BadInput, match=r"the script .* cannot be written: No such file"):
+    """A script that cannot be written is one sentence; losses of another swarm are a mistake of the caller."""
+    with pytest.raises(Failed, match=r"losses\.json cannot be written: No such file"):
         write_script(tmp_path / "none" / "losses.json", [], 4, 2)
     with pytest.raises(ValueError, match="the losses of round 0 depend on who sends"):
         write_script(tmp_path / "losses.json", [parse("uav1", 4, 2, 0).losses(0)], 4, 2)

@@ -8,7 +8,6 @@ from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -35,7 +34,7 @@ once = cache(margin)
 def _quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Make the command compute each margin once for all tests; nobody is told how it goes."""
     for place in (module, command):
-        monkeypatch.setattr(place, "margin", lambda problem, say: once(problem))
+        monkeypatch.setattr(place, "margin", lambda problem, say=None: once(problem))
 
 
 def described(found: list[Problem]) -> list[str]:
@@ -64,7 +63,7 @@ def count(monkeypatch: pytest.MonkeyPatch) -> list[Problem]:
     """Return a list that receives every problem that the sweep computes, rather than reads."""
     computed: list[Problem] = []
 
-    def counting(problem: Problem, say: Any) -> Margin:
+    def counting(problem: Problem) -> Margin:
         computed.append(problem)
         return once(problem)
 
@@ -256,7 +255,7 @@ def test_the_exit_code_is_the_worst(uppers: list[str], code: int, monkeypatch: p
     """One set that fails makes the sweep fail, otherwise one that is undecided makes it undecided."""
     left = [Fraction(upper) for upper in uppers]
 
-    def wide(problem: Problem, say: object) -> Margin:
+    def wide(problem: Problem) -> Margin:
         upper = left.pop(0)
         return Margin(problem, Fraction(1, 4) if upper == Fraction(1, 4) else Fraction(0), upper, None, {})
 
@@ -294,7 +293,7 @@ def test_an_interrupted_run_goes_on(
     """Ctrl-C in the third set leaves the certificates of two, exit code 130; another run computes the other two."""
     computed: list[Problem] = []
 
-    def interrupted(problem: Problem, say: Any) -> Margin:
+    def interrupted(problem: Problem) -> Margin:
         if len(computed) == 2:
             raise KeyboardInterrupt
         computed.append(problem)
@@ -306,7 +305,7 @@ def test_an_interrupted_run_goes_on(
     kept = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     assert kept.keys() == {file_name(problem) for problem in computed}
 
-    def rest(problem: Problem, say: Any) -> Margin:
+    def rest(problem: Problem) -> Margin:
         assert problem not in computed
         computed.append(problem)
         return once(problem)
@@ -331,7 +330,9 @@ def test_an_interrupted_certificate_is_not_there(tmp_path: Path, monkeypatch: py
     assert {path.suffix for path in tmp_path.iterdir()} == {".json"}
 
 
-def test_damaged_and_foreign_certificates_are_computed_again(tmp_path: Path, count: list[Problem]) -> None:
+def test_damaged_and_foreign_certificates_are_computed_again(
+    tmp_path: Path, count: list[Problem], capsys: pytest.CaptureFixture[str]
+) -> None:
     """What is not a right certificate of the very set is not believed, whatever is wrong with it, but replaced."""
     assert run(tmp_path) == 0
     right = {file_name(problem): (tmp_path / file_name(problem)).read_bytes() for problem in count}
@@ -345,6 +346,9 @@ def test_damaged_and_foreign_certificates_are_computed_again(tmp_path: Path, cou
         (tmp_path / names[0]).write_bytes(content)
         assert run(tmp_path) == 0
         assert file_name(count[0]) == names[0]
+        said = [line for line in capsys.readouterr().err.splitlines() if "does not count" in line]
+        assert f"{names[0]} does not count, and is computed again: " in said[0]
+        assert ("is about other parameters" in said[-1]) == (content == wrong[0])
         assert {name: (tmp_path / name).read_bytes() for name in names} == right
     assert len(count) == 1
 

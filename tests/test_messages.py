@@ -304,3 +304,29 @@ def test_a_good_script_is_no_bad_input(tmp_path: Path, capsys: pytest.CaptureFix
     path.write_text(SCENARIO, encoding="utf-8")
     assert main(["fly", str(path), "--rounds", "1", "--json", "-"]) == 0
     assert json.loads(capsys.readouterr().out)["rounds"] == 1
+
+
+@pytest.mark.parametrize("blank", ["", " "], ids=["nothing", "blank"])
+@pytest.mark.parametrize("form", ["equals", "apart"])
+def test_every_empty_value_is_refused(
+    form: str, blank: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An empty value of any option, and an empty argument, is one sentence, and nothing is computed or written."""
+    monkeypatch.chdir(tmp_path)
+    needed = {"fly": ["crossing"], "reproduce": ["fig4"]}
+    (commands,) = (action for action in parser()._actions if isinstance(action, argparse._SubParsersAction))
+    tried = 0
+    for command, its in commands.choices.items():
+        for action in its._actions:
+            if action.nargs == 0:
+                continue
+            given = [blank]
+            if action.option_strings:
+                option = action.option_strings[-1]
+                words = [f"{option}={blank}"] if form == "equals" else [option, blank]
+                given = [*needed.get(command, []), *words]
+            said = sentence(capsys, [command, *given])
+            assert "empty value" in said or "is no " in said or "invalid choice" in said, said
+            tried += 1
+    assert tried > 40
+    assert not list(tmp_path.iterdir())

@@ -134,7 +134,7 @@ WORDS = {
     "an empty line": (path_of(qp), "import numpy as np", "\nimport numpy as np"),
     "a claim about experiments": (path_of(experiments), "SIMILAR = 0.2", "SIMILAR = 0.3"),
     "where results are kept": (path_of(store), "swarmproof.cell/1", "swarmproof.cell/2"),
-    "who flies": (path_of(sweep), "2 * processes", "3 * processes"),
+    "who flies": (path_of(sweep), "time.process_time()", "time.monotonic()"),
 }
 
 

@@ -14,24 +14,25 @@ from typing import Any
 
 import pytest
 
-from swarmproof.errors import BadInput
+from swarmproof.errors import BadInput, Failed
 from swarmproof.reproduce import store as module
 from swarmproof.reproduce.cell import Cell
+from swarmproof.reproduce.consistent import fault
 from swarmproof.reproduce.made_by import made_by
-from swarmproof.reproduce.measure import RADII, Leg, Measured
+from swarmproof.reproduce.measure import RADII, Leg, Measured, measure
 from swarmproof.reproduce.store import FORMAT, Store, Stored
 
 Json = dict[str, Any]
 
 CELL = Cell("crossing", 2, "HT", "none", "guarded", 3, 30)
 OTHER = replace(CELL, seed=4)
-LEG = Leg(0, 30, (None, 20, 18, 15), ((None, 29), (20, 19), (18, 17), (15, 14)), (0.5, 0.1), (0.4, 0.1), (0.3, 1 / 3))
+LEG = Leg(0, 30, (None, 20, 18, 15), ((None, 29), (20, 19), (18, 17), (15, 14)))
 STORED = Stored(
     Measured(
         rounds=30,
         sampled=0.1 + 0.2,
         lower=math.pi / 12,
-        collides=None,
+        collides=False,
         closest=(0, 1),
         closest_time=2.345,
         lost=1,
@@ -41,7 +42,7 @@ STORED = Stored(
         all_plan=5,
         all_run=6,
         adopted=7,
-        last_adopted=None,
+        last_adopted=9,
         rest_from=8,
         violated=("lemma-1", "theorem-2"),
         legs=(LEG,),
@@ -95,7 +96,7 @@ def test_a_file_says_what_it_is(store: Store) -> None:
     """One file for each cell, whole, with the words that fly it, the code that flew it, and nothing besides."""
     assert [path.name for path in store.folder.iterdir()] == [f"{CELL.id}.json"]
     table = json.loads(file_of(store).read_text(encoding="ascii"))
-    assert list(table) == ["format", "cell", "fly", "made_by", "seconds", "measured"]
+    assert list(table) == ["format", "cell", "fly", "made_by", "seconds", "measured", "digest"]
     assert (table["format"], table["cell"], table["fly"]) == (FORMAT, CELL.id, list(CELL.words))
     assert table["made_by"] == made_by()
     assert table["seconds"] == STORED.seconds
@@ -109,15 +110,18 @@ def test_a_cell_with_series_is_another(store: Store) -> None:
     file_of(store).rename(file_of(store, twin))
     assert store.get(twin) is None
     assert store.get(CELL) is None
-    assert store.outdated([CELL, twin]) == 1
+    assert store.outdated([CELL, twin]) == 0
+    assert store.wrong([CELL, twin]) == [f"{file_of(store, twin)}: it is about something else"]
 
 
-def changed(change: Callable[[Json], Any]) -> Callable[[str], str]:
-    """Return what changes the object in a file."""
+def changed(change: Callable[[Json], Any], sign: bool = True) -> Callable[[str], str]:
+    """Return what changes the object in a file, and signs it anew."""
 
     def text(before: str) -> str:
         table = json.loads(before)
         change(table)
+        if sign:
+            table["digest"] = module._digest(table)
         return json.dumps(table)
 
     return text
@@ -162,6 +166,15 @@ DAMAGED: dict[str, Callable[[str], str]] = {
     "three closest": measured(closest=[0, 1, 2]),
     "no closest": measured(closest=None),
     "violated null": measured(violated=None),
+    "without digest": changed(lambda table: table.pop("digest"), sign=False),
+    "not signed anew": changed(lambda table: table.update(seconds=2.0), sign=False),
+    "another digest": changed(lambda table: table.update(digest="0" * 64), sign=False),
+    "not a number": measured(lower=math.nan),
+    "endless": measured(sampled=math.inf),
+    "endless seconds": changed(lambda table: table.update(seconds=math.inf)),
+    "negative seconds": changed(lambda table: table.update(seconds=-1.0)),
+    "deep": lambda text: "[" * 100_000,
+    "a bit less": lambda text: text.replace('"lost": 1', '"lost": 0'),
 }
 
 
@@ -172,10 +185,13 @@ def test_what_does_not_count_is_missing_and_replaced(name: str, store: Store) ->
     path.write_text(DAMAGED[name](path.read_text(encoding="ascii")), encoding="ascii")
     assert store.get(CELL) is None
     assert store.find([CELL]) == {}
-    assert store.outdated([CELL, OTHER]) == 1
+    outdated = name in ("other code", "another numpy", "another Python", "a library more")
+    assert store.outdated([CELL, OTHER]) == outdated
+    assert len(store.wrong([CELL, OTHER])) == 1 - outdated
+    assert all(one.startswith(f"{path}: ") and "\n" not in one for one in store.wrong([CELL]))
     store.put(CELL, STORED)
     assert store.get(CELL) == STORED
-    assert store.outdated([CELL]) == 0
+    assert store.outdated([CELL]) == len(store.wrong([CELL])) == 0
 
 
 @pytest.mark.parametrize(
@@ -194,7 +210,7 @@ def test_bytes_are_missing(store: Store) -> None:
     """A file that is no text is no result."""
     file_of(store).write_bytes(b"\xff\xfe\x00\x80")
     assert store.get(CELL) is None
-    assert store.outdated([CELL]) == 1
+    assert len(store.wrong([CELL])) == 1
 
 
 def test_another_cells_file_is_missing(store: Store) -> None:
@@ -215,15 +231,13 @@ def test_other_code_finds_nothing(store: Store, monkeypatch: pytest.MonkeyPatch)
 
 def test_a_broken_put_leaves_the_old_result(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     """Interrupted while it is written, a result is not there in parts: the one before it still is."""
-    real = Path.write_text
 
-    def half(self: Path, data: str, *arguments: Any, **options: Any) -> int:
-        real(self, data[: len(data) // 2], *arguments, **options)
+    def interrupt(*arguments: object) -> None:
         raise KeyboardInterrupt
 
     newer = replace(STORED, seconds=9.5)
     with monkeypatch.context() as patch:
-        patch.setattr(Path, "write_text", half)
+        patch.setattr(os, "replace", interrupt)
         with pytest.raises(KeyboardInterrupt):
             store.put(CELL, newer)
     assert store.get(CELL) == STORED
@@ -271,7 +285,7 @@ def test_a_folder_that_cannot_be_made_is_bad_input(tmp_path: Path) -> None:
         assert "\n" not in str(error.value)
 
 
-def test_a_result_that_cannot_be_written_is_bad_input(store: Store) -> None:
+def test_a_result_that_cannot_be_written_is_one_sentence(store: Store) -> None:
     """So it is where the folder is there and the file cannot be written, or the folder is gone."""
     file_of(store).unlink()
     file_of(store).mkdir()
@@ -279,10 +293,92 @@ def test_a_result_that_cannot_be_written_is_bad_input(store: Store) -> None:
     gone.folder.rmdir()
     for cannot in (store, gone):
         assert cannot.get(CELL) is None
-        with pytest.raises(BadInput, match=r"^a result cannot be written to .*; choose another --results$") as error:
+        with pytest.raises(Failed, match=r" cannot be written: ") as error:
             cannot.put(CELL, STORED)
         assert str(file_of(cannot)) in str(error.value)
         assert "\n" not in str(error.value)
+
+
+#: Numbers that cannot be of a flight, signed as if they were.
+INCONSISTENT: dict[str, tuple[Json, str]] = {
+    "a collision far apart": ({"collides": True}, "the collision does not agree with the distance"),
+    "a collision nobody violated": ({"collides": True, "lower": 0.1}, "does not agree with the claims violated"),
+    "a violation without collision": ({"violated": ["eq-2"]}, "does not agree with the claims violated"),
+    "apart and near": ({"lower": 0.1}, "the collision does not agree with the distance"),
+    "undecided and apart": ({"collides": None}, "the collision does not agree with the distance"),
+    "nearer at samples": ({"sampled": 0.2}, "larger than that at samples"),
+    "negative": ({"lost": -1}, "lost is negative"),
+    "too many plans": ({"all_plan": 31}, "more rounds were planned"),
+    "too many problems": ({"solved": 60}, "more problems were solved"),
+    "adopted never": ({"last_adopted": None}, "do not agree with the last adoption"),
+    "adopted nothing": ({"adopted": 0}, "do not agree with the last adoption"),
+    "too many adopted": ({"adopted": 61}, "do not agree with the last adoption"),
+    "adopted later": ({"last_adopted": 31}, "is in no round"),
+    "rests later": ({"rest_from": 30}, "is in no round"),
+    "near later": ({"closest_time": 6.1}, "after the flight"),
+    "near itself": ({"closest": [1, 1]}, "no two UAVs"),
+    "near nobody": ({"closest": [0, 2]}, "no two UAVs"),
+    "an unknown claim": ({"violated": ["lemma-9"]}, "a violated claim is none"),
+    "violated twice": ({"violated": ["lemma-1", "lemma-1"]}, "a violated claim is none"),
+}
+BAD_LEGS: dict[str, tuple[Json, str]] = {
+    "begins before": ({"begin": -1, "rounds": 31}, "do not follow"),
+    "ends early": ({"rounds": 29}, "do not fill"),
+    "a radius less": ({"all_within": [None, 20, 18]}, "not those of the radii"),
+    "a UAV more": ({"reached": [[None, 29, 1], [20, 19], [18, 17], [15, 14]]}, "not those of the radii"),
+    "arrives later": ({"all_within": [None, 20, 18, 31]}, "in no round of its leg"),
+    "arrives before": ({"all_within": [None, 20, 18, 14]}, "before one has"),
+    "all arrive without one": ({"all_within": [29, 20, 18, 15]}, "before one has"),
+    "wider is later": ({"reached": [[None, 16], [20, 19], [18, 17], [15, 14]]}, "a wider radius"),
+    "series nobody asked for": ({"largest": [0.1] * 30}, "the series are not those"),
+}
+
+
+@pytest.mark.parametrize(("change", "why"), INCONSISTENT.values(), ids=INCONSISTENT)
+def test_numbers_that_do_not_agree_are_not_believed(change: Json, why: str, store: Store) -> None:
+    """A right digest over numbers that no flight can have is not enough."""
+    path = file_of(store)
+    path.write_text(measured(**change)(path.read_text(encoding="ascii")), encoding="ascii")
+    (said,) = store.wrong([CELL])
+    assert why in said
+    assert store.get(CELL) is None
+
+
+@pytest.mark.parametrize(("change", "why"), BAD_LEGS.values(), ids=BAD_LEGS)
+def test_legs_that_do_not_agree_are_not_believed(change: Json, why: str, store: Store) -> None:
+    """Neither are arrivals that contradict each other."""
+    path = file_of(store)
+    text = changed(lambda table: table["measured"]["legs"][0].update(change))(path.read_text(encoding="ascii"))
+    path.write_text(text, encoding="ascii")
+    (said,) = store.wrong([CELL])
+    assert why in said
+
+
+@pytest.mark.parametrize("series", [False, True], ids=["plain", "series"])
+@pytest.mark.parametrize("loss", ["none", "jam:3,10"])
+def test_what_was_really_flown_is_believed(loss: str, series: bool) -> None:
+    """The checks refuse no flight, also none that collides or has several legs."""
+    cells = [
+        Cell("crossing", 2, "HT", loss, "ignore-loss", 3, 20, series=series),
+        Cell("formations", 2, "RR", loss, "guarded", 1, 12, ("uavs=4",), series=series),
+    ]
+    for cell in cells:
+        assert fault(measure(cell), cell) is None
+
+
+def test_series_that_do_not_agree_are_not_believed() -> None:
+    """The smallest distance is not larger than the mean, nor the mean than the largest, and all are numbers."""
+    cell = replace(CELL, series=True)
+    right = replace(LEG, largest=(0.3,) * 30, mean=(0.2,) * 30, smallest=(0.1,) * 30)
+    assert fault(replace(STORED.measured, legs=(right,)), cell) is None
+    for wrong in (
+        replace(right, mean=(0.05,) * 30),
+        replace(right, largest=(0.15,) * 30),
+        replace(right, smallest=(-0.1,) * 30),
+        replace(right, largest=(math.inf,) * 30),
+    ):
+        assert fault(replace(STORED.measured, legs=(wrong,)), cell) == "the series do not agree with each other"
+    assert fault(replace(STORED.measured, legs=(LEG,)), cell) == "the series are not those of the leg"
 
 
 def test_the_made_up_leg_is_like_a_real_one() -> None:

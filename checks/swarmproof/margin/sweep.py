@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 
 from swarmproof.errors import BadInput
+from swarmproof.files.reading import read_bytes
 from swarmproof.files.writing import write
 from swarmproof.margin.bounds import Margin, Say, from_certificate, margin
 from swarmproof.margin.check import Rejected, read
@@ -19,6 +21,8 @@ from swarmproof.theorem3.parameters import Parameters, Reading
 
 #: The most parameter sets of one sweep, and the most steps of one range.
 MOST_SETS, MOST_STEPS = 1000, 200
+#: How long a certificate may be.
+MOST_BYTES = 1 << 26
 #: The most characters of a certificate's name, without its suffix.
 MOST_CHARACTERS = 150
 
@@ -123,14 +127,15 @@ def sweep(
 ) -> list[Margin]:
     """Compute every set, or take it from `folder` if a right certificate of it is there; write each as it comes.
 
-    `progress` is told the number and the problem before each set, and its margin after it.
+    `progress` is told the number and the problem before each set, and its margin after it; `say`, in one sentence each,
+    of certificates in the folder that do not count.
     """
     results = []
     for number, problem in enumerate(sets):
         progress(number, problem, None)
-        found = _stored(problem, folder)
+        found = _stored(problem, folder, say)
         if found is None:
-            found = margin(problem, say)
+            found = margin(problem)
             if folder is not None:
                 write(folder / file_name(problem), certificate_text(found))
         results.append(found)
@@ -138,16 +143,22 @@ def sweep(
     return results
 
 
-def _stored(problem: Problem, folder: Path | None) -> Margin | None:
+def _stored(problem: Problem, folder: Path | None, say: Say) -> Margin | None:
     """Return the margin of a certificate in the folder that is of this very problem and that the checker accepts."""
     if folder is None:
         return None
-    try:
-        found = from_certificate(read((folder / file_name(problem)).read_bytes()))
-    except (OSError, ValueError, Rejected):
+    path = folder / file_name(problem)
+    if not os.path.lexists(path):
         return None
-    # a certificate does not say which parameters were given
-    return replace(found, problem=problem) if found.problem == problem else None
+    try:
+        found = from_certificate(read(read_bytes(path, "certificate", MOST_BYTES, "remove it")))
+    except (BadInput, Rejected) as why:
+        say(f"{path} does not count, and is computed again: {why}")
+        return None
+    if found.problem != problem:
+        say(f"{path} does not count, and is computed again: it is about other parameters")
+        return None
+    return replace(found, problem=problem)  # a certificate does not say which parameters were given
 
 
 def certificate_text(found: Margin) -> str:

@@ -1,22 +1,52 @@
-"""A folder with what was measured: one file for each cell, so that a later run flies only what is missing."""
+"""A folder with what was measured: one file for each cell, so that a later run flies only what is missing.
+
+What is there is checked before it is believed: its digest, the code that made it, and whether its numbers agree.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
 from swarmproof.errors import BadInput
+from swarmproof.files.reading import read_bytes
 from swarmproof.files.writing import write
 from swarmproof.reproduce.cell import Cell
+from swarmproof.reproduce.consistent import fault
 from swarmproof.reproduce.made_by import made_by
 from swarmproof.reproduce.measure import Measured
 
 FORMAT = "swarmproof.cell/1"
+
+
+#: How long a file may be.
+MOST_BYTES = 1 << 26
+
+
+class _Outdated(Exception):
+    """A file of other code: true, for all that is known, but not about this code."""
+
+
+class _Wrong(Exception):
+    """A file that is not to be believed, and why."""
+
+
+def _digest(table: Mapping[str, Any]) -> str:
+    """Return the SHA-256, in hex, of everything in a file but its digest."""
+    rest = {key: value for key, value in table.items() if key != "digest"}
+    return hashlib.sha256(json.dumps(rest, sort_keys=True).encode()).hexdigest()
+
+
+def _no_number(text: str) -> float:
+    raise ValueError(f"{text} is no number")
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,24 +76,53 @@ class Store:
             ) from None
 
     def get(self, cell: Cell) -> Stored | None:
-        """Return what is known of `cell`; None if nothing is, or if other code or other libraries measured it."""
+        """Return what is known of `cell`; None if nothing is, or what is there does not count."""
         try:
-            table = json.loads(self._path(cell).read_bytes())
-            if (table["format"], table["cell"], table["made_by"]) != (FORMAT, cell.id, made_by()):
-                return None
-            msgspec.convert(table["measured"], Measured)  # every number is one
-            stored = Stored(Measured.from_json(table["measured"]), float(table["seconds"]))
-        except (OSError, ValueError, KeyError, TypeError, AttributeError, msgspec.ValidationError):
-            return None  # whatever the file is, it says nothing about this cell
-        return stored if stored.measured.rounds == cell.rounds and stored.measured.legs else None
+            return self._read(cell)
+        except (_Outdated, _Wrong):
+            return None
 
     def find(self, cells: Iterable[Cell]) -> dict[Cell, Stored]:
         """Return what is known of these cells."""
         return {cell: stored for cell in cells if (stored := self.get(cell)) is not None}
 
     def outdated(self, cells: Iterable[Cell]) -> int:
-        """Return how many of these cells have a file that does not count."""
-        return sum(os.path.exists(self._path(cell)) and self.get(cell) is None for cell in cells)
+        """Return how many of these cells have a file of other code, or of other versions of libraries."""
+        return sum(isinstance(self._why(cell), _Outdated) for cell in cells)
+
+    def wrong(self, cells: Iterable[Cell]) -> list[str]:
+        """Return of each of these cells whose file is not to be believed, which file it is and why."""
+        return [f"{self._path(cell)}: {why}" for cell in cells if isinstance(why := self._why(cell), _Wrong)]
+
+    def _why(self, cell: Cell) -> Exception | None:
+        try:
+            self._read(cell)
+        except (_Outdated, _Wrong) as why:
+            return why
+        return None
+
+    def _read(self, cell: Cell) -> Stored | None:
+        path = self._path(cell)
+        if not os.path.lexists(path):
+            return None
+        try:
+            table = json.loads(read_bytes(path, "result", MOST_BYTES, "remove it"), parse_constant=_no_number)
+            if (table["format"], table["cell"]) != (FORMAT, cell.id):
+                raise _Wrong("it is about something else")
+            if table["made_by"] != made_by():
+                raise _Outdated
+            if table["digest"] != _digest(table):
+                raise _Wrong("its digest is not that of its numbers")
+            msgspec.convert(table["measured"], Measured)  # every number is one
+            stored = Stored(Measured.from_json(table["measured"]), float(table["seconds"]))
+        except BadInput as error:
+            raise _Wrong(str(error)) from None
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError, msgspec.ValidationError):
+            raise _Wrong("it is no result of a flight") from None
+        why = fault(stored.measured, cell) if 0 <= stored.seconds < inf else "its time is none"
+        if why is not None:
+            raise _Wrong(why)
+        return stored
 
     def put(self, cell: Cell, stored: Stored) -> None:
         """Write down what was measured, whole or not at all.
@@ -79,6 +138,7 @@ class Store:
             "seconds": round(stored.seconds, 3),
             "measured": stored.measured.as_json(),
         }
+        table["digest"] = _digest(table)
         write(self._path(cell), json.dumps(table) + "\n")
 
     def _path(self, cell: Cell) -> Path:

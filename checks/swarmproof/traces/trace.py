@@ -15,13 +15,16 @@ from swarmproof.claims.registry import CLAIMS, Claim, Kind
 from swarmproof.claims.witnesses import RECOVERY_LEFT, WITNESSES
 from swarmproof.errors import BadInput
 from swarmproof.explore.identities import Abstraction, canonical_swarm
+from swarmproof.files.reading import read_bytes
 from swarmproof.mlr.messages import Metadata, Trajectory
-from swarmproof.mlr.network import Air, receive_at_cu, receive_at_uav
+from swarmproof.mlr.network import Air, Reception, receive_at_cu, receive_at_uav
 from swarmproof.mlr.swarm import Events, Swarm, compute, forbidden, initial_swarm, step
 from swarmproof.mlr.uav import offers
 from swarmproof.semantics.switches import Semantics
 
 SCHEMA = "swarmproof.trace/1"
+#: How long a trace may be, which is far longer than any that is written.
+MOST_BYTES = 1 << 26
 SYSTEM = "mlr-dmpc"
 
 _Index = Annotated[int, msgspec.Meta(ge=0)]
@@ -143,13 +146,10 @@ def load(path: Path) -> Trace:
     Raises:
         BadInput: there is no such file, or it is not a trace.
     """
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise BadInput(f"cannot read {path}: {error.strerror}; give a trace that `verify --report` wrote") from None
+    data = read_bytes(path, "trace", MOST_BYTES, "give a trace that `verify --report` wrote")
     try:
         trace = msgspec.json.decode(data, type=Trace)
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         reason = "".join(c if c.isprintable() else "?" for c in str(error))  # it may quote what the file says
         raise BadInput(
             f"{path} is no trace of swarmproof ({reason}); give one that `verify --report` wrote, such as "
@@ -197,6 +197,10 @@ def _events(swarm: Swarm, recorded: RecordedRound, k: int, semantics: Semantics)
     at_uavs = tuple(
         receive_at_uav(i, air, r.lost_slots, r.decoded_replies, semantics) for i, r in enumerate(recorded.at_uavs)
     )
+    for w, got in enumerate(at_cus):
+        _check_received(k, f"CU {w}", recorded.at_cus[w], got)
+    for i, got in enumerate(at_uavs):
+        _check_received(k, f"UAV {i}", recorded.at_uavs[i], got)
     adopted = []
     for uav, got, cu in zip(swarm.uavs, at_uavs, recorded.adopted, strict=True):
         new = None if cu is None else Trajectory(Metadata(k, cu))
@@ -205,6 +209,19 @@ def _events(swarm: Swarm, recorded: RecordedRound, k: int, semantics: Semantics)
             raise BadInput(f"round {k} of the trace lets UAV {uav.i} adopt {_name(new)}; it receives {_names(offered)}")
         adopted.append(new)
     return Events(decided, at_cus, at_uavs, tuple(adopted)), air
+
+
+def _check_received(k: int, who: str, recorded: RecordedReception, got: Reception) -> None:
+    """Refuse losses that cannot be: of what nobody sent, or of what a receiver sent itself; and the same one twice."""
+    for words, given, possible in (
+        ("loses the metadata of UAV", recorded.lost_uavs, got.lost_uavs if who.startswith("CU") else ()),
+        ("loses the message of slot", recorded.lost_slots, got.lost_slots),
+        ("decodes, in a conflict, the reply of slot", recorded.decoded_replies, got.decoded_replies),
+    ):
+        wrong = next((one for n, one in enumerate(given) if one not in possible or one in given[:n]), None)
+        if wrong is not None:
+            why = "that is there twice" if wrong in possible else "nothing of the kind is sent to it"
+            raise BadInput(f"round {k} of the trace cannot happen: {who} {words} {wrong}, but {why}; leave it out")
 
 
 def _name(trajectory: Trajectory | None) -> str:

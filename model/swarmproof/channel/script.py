@@ -38,6 +38,7 @@ import numpy as np
 
 from swarmproof.channel.pattern import Losses, Pairs, nothing_lost
 from swarmproof.errors import BadInput
+from swarmproof.files.reading import read_bytes
 from swarmproof.files.writing import write
 
 SCHEMA = "swarmproof.losses/1"
@@ -154,16 +155,8 @@ def shown(raw: object) -> str:
 
 def _content(path: Path) -> dict[str, Any]:
     """Return the top level of a script, with the keys that it must have."""
-    try:
-        with path.open("rb") as file:
-            data = file.read(MOST_BYTES + 1)
-    except (OSError, ValueError) as error:
-        raise BadInput(
-            f"the script {path} cannot be read: {_reason(error)}; give a file such as DIR/losses.json, which "
-            "`swarmproof fly --loss adversary:20 --report DIR` writes"
-        ) from None
-    if len(data) > MOST_BYTES:
-        raise BadInput(f"the script {path} is too long: {MOST_BYTES} bytes are the most")
+    right = "give a file such as DIR/losses.json, which `swarmproof fly --loss adversary:20 --report DIR` writes"
+    data = read_bytes(path, "script", MOST_BYTES, right)
     try:
         script = json.loads(data, object_pairs_hook=_object)
     except BadInput as mistake:
@@ -271,7 +264,3 @@ def _block(lines: list[str]) -> str:
 
 def _example() -> str:
     return f'{{"schema": "{SCHEMA}", "uavs": 2, "cus": 2, "rounds": {{"3": [["cu 0", "slot 1"]]}}}}'
-
-
-def _reason(error: Exception) -> str:
-    return (error.strerror if isinstance(error, OSError) else None) or str(error)

@@ -11,16 +11,17 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from swarmproof import terminal
+from swarmproof import streams, terminal
 from swarmproof.errors import BadInput
 from swarmproof.exit_codes import ExitCode
+from swarmproof.files.reading import read_bytes
 from swarmproof.files.writing import write
 from swarmproof.margin.bounds import Margin, from_certificate, margin
 from swarmproof.margin.check import Rejected
 from swarmproof.margin.mixed import of_a_pair
 from swarmproof.margin.problem import Problem
 from swarmproof.margin.solve import Extreme, solve_for
-from swarmproof.margin.sweep import Axis, certificate_text, file_name, problems, sweep
+from swarmproof.margin.sweep import MOST_BYTES, Axis, certificate_text, file_name, problems, sweep
 from swarmproof.output import deliver, reserve_file, reserve_folder, write_json
 from swarmproof.report import margin_more, margin_plot, margin_words, rounding
 from swarmproof.theorem3.fleet import Kind, pairs, read_kinds
@@ -202,12 +203,9 @@ def _check(options: argparse.Namespace, console: Console) -> ExitCode:
     if any(value not in (None, []) for value in (*changing, *writing)):
         raise BadInput("--check goes with --json only: everything else is in the certificate")
     path = Path(options.check)
+    data = read_bytes(path, "certificate", MOST_BYTES, "give a file that --certificate has written")
     try:
-        content = json.loads(path.read_bytes())
-    except OSError as error:
-        raise BadInput(
-            f"the certificate {path} cannot be read: {error.strerror}; give a file that --certificate has written"
-        ) from None
+        content = json.loads(data)
     except (ValueError, RecursionError):
         raise BadInput(f"{path} is no JSON: give a file that --certificate has written") from None
     if not isinstance(content, dict) or "schema" not in content:
@@ -260,7 +258,7 @@ def _swept(options: argparse.Namespace, sets: Sequence[Problem]) -> list[Margin]
             bar.update(task, completed=number + (found is not None), description=name)
 
         try:
-            results = sweep(sets, folder, tell, lambda message: None)
+            results = sweep(sets, folder, tell, streams.say)
         except KeyboardInterrupt:
             kept = (
                 "the same command goes on from here" if folder is not None else "with --results DIR they would be kept"

@@ -101,7 +101,7 @@ def _fly_missing(experiment: Experiment, store: Store, processes: int, console: 
     """Fly what is missing, and say whether nothing is missing any more."""
     there = store.find(experiment.cells)
     missing = [cell for cell in experiment.cells if cell not in there]
-    for line in reproduce_words.before(experiment, there, missing, store.outdated(missing), processes):
+    for line in reproduce_words.before(experiment, there, missing, store, processes):
         console.print(escape(line), soft_wrap=True)
     if not missing:
         return True

@@ -112,7 +112,19 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         SystemExit: `--help` or `--version` was given, and is said.
     """
     given = arguments[0] if arguments else ""
-    return parser([given] if given in COMMANDS else []).parse_args(arguments)
+    options = parser([given] if given in COMMANDS else []).parse_args(arguments)
+    _refuse_empty(arguments)
+    return options
+
+
+def _refuse_empty(arguments: Sequence[str]) -> None:
+    """Refuse a value of nothing but blanks: a script with a variable that is not set gives one, and none is right."""
+    for before, word in zip(("", *arguments), arguments, strict=False):
+        option, equals, value = word.partition("=") if word.startswith("--") else (before, "=", word)
+        if equals and not value.strip():
+            name = option if option.startswith("--") else "an argument"
+            example = f", such as {option} {EXAMPLES[option]}" if option in EXAMPLES else ""
+            raise BadInput(f"{name} has an empty value: give one{example}, or leave it out")
 
 
 def parser(commands: Sequence[str] = tuple(COMMANDS)) -> argparse.ArgumentParser:

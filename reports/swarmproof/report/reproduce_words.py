@@ -13,7 +13,7 @@ from swarmproof.reproduce.decide import Agreement, DecidedClaim
 from swarmproof.reproduce.experiment import Experiment
 from swarmproof.reproduce.made_by import made_by
 from swarmproof.reproduce.measure import RADII, REACHED, Measured
-from swarmproof.reproduce.store import Stored
+from swarmproof.reproduce.store import Store, Stored
 
 FORMAT = "swarmproof.reproduction/1"
 #: s of processor time for a round, where nothing was measured yet.
@@ -21,7 +21,7 @@ ROUND_S = 0.005
 
 
 def before(
-    experiment: Experiment, there: Mapping[Cell, Stored], missing: Sequence[Cell], outdated: int, processes: int
+    experiment: Experiment, there: Mapping[Cell, Stored], missing: Sequence[Cell], store: Store, processes: int
 ) -> Iterator[str]:
     """Yield what is to be flown, and how long it will take."""
     everything = f"{experiment.title}: {len(experiment.cells):,} flights"
@@ -34,8 +34,10 @@ def before(
     known = f"{len(there):,} are there, {len(missing):,} missing" if there else "none of which is there"
     each = "1 process" if processes == 1 else f"{processes} processes"
     yield f"{everything}, {known}: about {duration(left)} with {each}."
-    if outdated:
+    if outdated := store.outdated(missing):
         yield f"{outdated:,} of them were flown by other code or versions of libraries: they are flown again."
+    if wrong := store.wrong(missing):
+        yield f"{len(wrong):,} stored results are not believed and flown again; the first is {wrong[0]}."
 
 
 def verdict(decided: DecidedClaim) -> str:

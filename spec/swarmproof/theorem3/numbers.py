@@ -11,6 +11,7 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 from swarmproof.errors import BadInput
+from swarmproof.files.reading import check_toml, read_bytes
 from swarmproof.theorem3.formats import format_of
 
 
@@ -117,24 +118,19 @@ def read_toml(path: str | os.PathLike[str], kind: str, line: str, most_bytes: in
         BadInput: the file cannot be read, is too long or is no TOML; `kind` and an example `line` say what would be.
     """
     place = os.fspath(path)
+    content = read_bytes(path, kind, most_bytes, f"give a TOML file with lines such as {line}")
     try:
-        with open(path, "rb") as file:
-            content = file.read(most_bytes + 1)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise BadInput(
-            f"cannot read the {kind} {place}: {reason}; give a TOML file with lines such as {line}"
-        ) from None
-    if len(content) > most_bytes:
-        raise BadInput(f"{place} is too long for a {kind}: {most_bytes} bytes are the most")
-    try:
-        return tomllib.loads(content.decode(), parse_float=lambda text: text.replace("_", ""))
-    except RecursionError:
-        raise BadInput(f"{place} is not a {kind}: its lists are nested too deeply") from None
+        text = content.decode()
     except UnicodeDecodeError:
         raise BadInput(f"{place} is not a text file (UTF-8) with lines such as {line}") from None
+    try:
+        check_toml(text)
+    except ValueError as reason:
+        raise BadInput(f"{place} is not a {kind}: {reason}; write lines such as {line}") from None
+    try:
+        return tomllib.loads(text, parse_float=lambda text: text.replace("_", ""))
     except tomllib.TOMLDecodeError as error:
-        other = format_of(content.decode())
+        other = format_of(text)
         if other not in (None, "an INI file"):
             raise BadInput(
                 f"{place} is {other}, which is not read: write the {kind} as TOML, in lines such as {line}"
