@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
 from math import sqrt
 
 import pytest
 from tests.flight import oracle
-from tests.flight.flights import Buggy, Recording, planner_of, record, recorded
+from tests.flight.flights import Buggy, Recording, losses_in, planner_of, record, recorded
 from tests.flight.flights import losses as losses_of
 from tests.flight.settings import broken, flown, limits, setting
 from tests.flight.test_candidates import observed
@@ -22,7 +22,7 @@ from swarmproof.channel.losses import Recorded
 from swarmproof.channel.pattern import nothing_lost
 from swarmproof.claims.flight import Approach, PlannedBy
 from swarmproof.flight.state import Attempt, Name, Round
-from swarmproof.mlr.messages import Metadata
+from swarmproof.mlr.messages import Metadata, TrajectoryMessage
 from swarmproof.motion.lattice import Lattice
 from swarmproof.planning.plan import Plan
 
@@ -119,12 +119,77 @@ def losses(told: Told, text: str) -> None:
         for i, got in enumerate(round_.at_uavs)
         for slot in got.lost_slots
     }
+    needed |= behind(told)
     said = set()
     for part in text.split("; ") if text != "none that concerns these trajectories" else []:
         match = re.fullmatch(r"in round (\d+), ((?:CU|UAV) \d+) does not get (.+)", part)
         assert match is not None, part
         said |= {(int(match[1]), match[2], what) for what in match[3].split(" and ")}
     assert needed <= said <= needed | real
+
+
+def unheard(told: Told) -> list[tuple[int, Name]]:
+    """Return the planning CU, and the trajectories that it should know and does not hold, by the recorded states."""
+    one, other = told.names
+    before = told.by_round[one[1].round].before
+    follows = [(i, before.swarm.uavs[i].followed.metadata) for i in (one[0], other[0])]
+    older = [other] if other[1].round < one[1].round else []
+    held = before.swarm.cus[one[1].cu].trackers
+    return [
+        (one[1].cu, (i, metadata))
+        for i, metadata in [*follows, *older]
+        if metadata not in [entry.metadata for entry in held[i].trajectories]
+    ]
+
+
+def behind(told: Told) -> set[tuple[int, str, str]]:
+    """Return the losses that made an assumption stale, however long ago: of a plan, or of the priorities."""
+    one, other = told.names
+    found = set()
+    for w, (_, (r, cu)) in unheard(told):
+        if r in told.by_round and cu in told.by_round[r].at_cus[w].lost_slots:
+            found.add((r, f"CU {w}", f"the message in CU {cu}'s slot"))
+    before = told.by_round.get(one[1].round - 1)
+    _, held = one, told.by_round[one[1].round].before.swarm.cus[one[1].cu].trackers[other[0]].trajectories
+    if before is not None and other[1].round == one[1].round and other[1] not in [entry.metadata for entry in held]:
+        for w in (one[1].cu, other[1].cu):
+            slots = before.at_cus[w].lost_slots
+            found |= {(before.before.k, f"CU {w}", f"the message in CU {slot}'s slot") for slot in slots}
+    return found
+
+
+def never_heard(told: Told, w: str, slot: str, r: str) -> None:
+    """The CU lost the very message that had a trajectory that it should know."""
+    assert int(slot) in told.by_round[int(r)].at_cus[int(w)].lost_slots
+    assert (int(r), int(slot)) in [name[1] for cu, name in unheard(told) if cu == int(w)]
+
+
+def conflict(told: Told, w: str, r: str, i: str, slot: str) -> None:
+    """In the slot with that trajectory, two transmitted, and the CU decoded the reply of this UAV, which is no loss."""
+    round_ = told.by_round[int(r)]
+    got = round_.at_cus[int(w)]
+    assert round_.computed.air.slots[int(slot)].conflict
+    assert int(slot) in got.decoded_replies
+    assert int(slot) not in got.lost_slots
+    assert isinstance(heard := got.inbox.cu_messages[int(slot)], TrajectoryMessage)
+    assert heard.uav == int(i)
+    assert (int(r), int(slot)) in [name[1] for cu, name in unheard(told) if cu == int(w)]
+
+
+def dropped(told: Told, w: str, r: str, q: str, instead: str) -> None:
+    """The CU heard of the trajectory, held it until then, and holds these instead."""
+    (name,) = {name for cu, name in unheard(told) if cu == int(w) and name[1].round == int(r)}
+    assert name[1].cu in told.by_round[int(r)].at_cus[int(w)].inbox.cu_messages
+    for n in range(int(r) + 1, int(q) + 1):
+        held = [e.metadata for e in told.by_round[n].before.swarm.cus[int(w)].trackers[name[0]].trajectories]
+        assert (name[1] in held) == (n < int(q))
+    assert instead == ", ".join(PlannedBy(*metadata).in_words() for metadata in held)
+
+
+def beyond_memory(told: Told, w: str, r: str) -> None:
+    """The round in which it could have been heard of is forgotten."""
+    assert int(r) not in told.by_round
+    assert int(r) in [name[1].round for cu, name in unheard(told) if cu == int(w)]
 
 
 def trackers(told: Told, r: str, w: str, i: str, held: str, flag: str, follows: str) -> None:
@@ -256,6 +321,17 @@ FORMS: list[tuple[str, Callable[..., None]]] = [
         r"CU (\d+) takes A_ET\(\d+\) to be (\[.*\]), CU (\d+) takes it to be (\[.*\])\.",
         same_round,
     ),
+    (r"CU (\d+) never heard of it: it lost the message in CU (\d+)'s slot in round (\d+)\.", never_heard),
+    (
+        r"CU (\d+) never heard of it: in round (\d+), UAV (\d+) transmitted in CU (\d+)'s slot as well, and CU \d+ "
+        r"did not decode CU \d+'s message\.",
+        conflict,
+    ),
+    (r"CU (\d+) heard of it in round (\d+); from round (\d+) on it holds (.+) instead\.", dropped),
+    (
+        r"CU (\d+) could have heard of it in round (-?\d+), which is older than what is remembered of the flight\.",
+        beyond_memory,
+    ),
     (
         r"Stale assumption: one of them counts on the other UAV's old trajectory, and leaves no room\.",
         no_room,
@@ -273,6 +349,11 @@ FORMS: list[tuple[str, Callable[..., None]]] = [
         place,
     ),
 ]
+
+
+WHERE = {judge.__name__: n for n, (_, judge) in enumerate(FORMS)}
+#: Why a CU does not hold what it should.
+WHY = [judge.__name__ for judge in (never_heard, conflict, dropped, beyond_memory)]
 
 
 def check(told: Told) -> list[str]:
@@ -323,15 +404,21 @@ def test_every_sentence_is_true(what: What) -> None:
         if forms[0] == "too_old":
             assert forms == ["too_old", "place"]
         else:
-            assert [form for form in forms if form != "unknown"][:3] == ["losses", "trackers", "trackers"]
+            assert [form for form in forms if form not in ("unknown", *WHY)][:3] == ["losses", "trackers", "trackers"]
+            for n, form in enumerate(forms):
+                # of one trajectory, the reason is given once
+                assert (
+                    form not in ("unknown", "stale")
+                    or forms[n + 1] in WHY
+                    or (form, forms[n - 1] in WHY) == ("stale", True)
+                )
             assert forms[-2:] == ["plan", "place"]
 
 
 def test_all_sentences_are_needed() -> None:
     """In these flights, every kind of sentence occurs."""
-    assert {form for what in FLIGHTS for forms in checked(what) for form in forms} == {
-        judge.__name__ for _, judge in FORMS
-    }
+    said = {form for what in FLIGHTS for forms in checked(what) for form in forms}
+    assert said | {"beyond_memory"} == {judge.__name__ for _, judge in FORMS}
 
 
 def test_hovering_trajectories_have_no_story() -> None:
@@ -352,6 +439,8 @@ def test_hovering_trajectories_have_no_story() -> None:
 def test_forgotten_rounds_are_no_reason() -> None:
     """If the round of the last plan is forgotten, that is said; what is remembered is still told truly."""
     forgotten = 0
+    baseline = ("crossing", 2, "jam:3,10", 30, 0, "ignore-loss", None)
+    assert any("beyond_memory" in check(told) for told in stories(baseline, remembered=2))
     for told in stories(("crossing", 2, "iid:0.3", 30, 1, "guarded", None), remembered=2):
         forms = check(told)
         forgotten += forms == ["too_old", "place"]
@@ -410,3 +499,41 @@ def test_a_plan_that_does_not_keep_away_is_not_said_to() -> None:
 def test_a_missed_plan_is_told() -> None:
     """If the other UAV is still on its old trajectory since it missed a new one, that loss is in the chain."""
     assert "in round 1, UAV 1 does not get CU 0's message" in _forgetting()[0]
+
+
+@pytest.mark.parametrize("what", [what for what in FLIGHTS if what[5] == "ignore-loss"], ids=lambda what: what[0])
+def test_without_the_loss_that_is_blamed_the_tracker_is_not_stale(what: What) -> None:
+    """Flown again with every loss but that one, the CU holds the trajectory in the next round."""
+    scenario, cus, _, _, seed, semantics, uavs = what
+    recording = recorded(*what)
+    blamed = {
+        (int(r), int(w), int(slot), name)
+        for told in stories(what)
+        for line in told.chain
+        if (match := re.fullmatch(FORMS[WHERE["never_heard"]][0], line))
+        for w, slot, r in [match.groups()]
+        for cu, name in unheard(told)
+        if cu == int(w) and name[1] == (int(r), int(slot))
+    }
+    assert blamed
+    for r, w, slot, name in sorted(blamed)[:6]:
+        every = [losses_in(recording.rounds).losses(k) for k in range(r + 2)]
+        without = every[r].cu_slot.copy()
+        without[w, slot] = False
+        every[r] = replace(every[r], cu_slot=without)
+        all_losses = Recorded(every, len(recording.rounds[0].at_uavs), cus)
+        changes = [] if uavs is None else [f"uavs={uavs}"]
+        again = record(setting(scenario, cus, seed, changes, semantics=semantics), all_losses, r + 2)
+        for rounds, knows in ((again.rounds, True), (recording.rounds, False)):
+            held = rounds[r + 1].before.swarm.cus[w].trackers[name[0]].trajectories
+            assert (name[1] in [entry.metadata for entry in held]) == knows
+
+
+def test_the_jam_is_found_in_every_chain() -> None:
+    """No chain of the baseline in a jam says that nothing was lost: each looks back to the loss that made it stale."""
+    recording = recorded("crossing", 2, "jam:3,10", 20, 0, "ignore-loss")
+    chains = [judged.chain for judged in recording.flown.claims if judged.chain]
+    assert len(chains) >= 3
+    for chain in chains:
+        assert chain[0].startswith("Loss: in round ")
+        assert any("never heard of it: it lost" in line for line in chain)

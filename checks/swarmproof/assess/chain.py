@@ -51,14 +51,27 @@ def explain(
         planned = by_round[one[1].round]
         attempt = planned.computed.attempts[one[1].cu]
         assert attempt is not None
-        chain += _losses(by_round, one, other)
-        chain += _assumption(by_round.get(one[1].round - 1), planned, attempt, one, other)
+        losses, assumed = _assumption(by_round, planned, attempt, one, other)
+        chain += [_loss_line([*_missed(by_round, one, other), *losses]), *assumed]
         chain += _plan(lattice, attempt, one)
     return [*chain, _place(lattice, pairs or lattice.pairs, rounds, (one, other), approach.time, origin)]
 
 
-def _losses(by_round: dict[int, Round], one: Name, other: Name) -> list[str]:
-    """Say which messages the planning CU missed since it could have heard of the other trajectory."""
+#: A loss: the round, who does not get, and what.
+Loss = tuple[int, str, str]
+
+
+def _loss_line(losses: Iterable[Loss]) -> str:
+    """Say which messages were lost, in the order of the rounds, each once."""
+    by_receiver: dict[tuple[int, str], list[str]] = {}
+    for r, who, what in dict.fromkeys(sorted(losses, key=lambda loss: loss[0])):
+        by_receiver.setdefault((r, who), []).append(what)
+    said = [f"in round {r}, {who} does not get {' and '.join(what)}" for (r, who), what in by_receiver.items()]
+    return f"Loss: {'; '.join(said)}." if said else "Loss: none that concerns these trajectories."
+
+
+def _missed(by_round: dict[int, Round], one: Name, other: Name) -> list[Loss]:
+    """Return what the planning CU missed since it could have heard of the other trajectory, and the UAVs of theirs."""
     w, k = one[1].cu, one[1].round
     first = max(other[1].round, min(by_round))
     missed = []
@@ -66,22 +79,57 @@ def _losses(by_round: dict[int, Round], one: Name, other: Name) -> list[str]:
         got = by_round[r].at_cus[w]
         what = [f"the message in CU {s}'s slot" for s in got.lost_slots]
         what += [f"the metadata of UAV {i}" for i in got.lost_uavs if i in (one[0], other[0])]
-        if what:
-            missed.append(f"in round {r}, CU {w} does not get {' and '.join(what)}")
+        missed += [(r, f"CU {w}", one_of) for one_of in what]
     for i, metadata in (one, other):
         for r in range(max(metadata.round, min(by_round)), k + 1):
             for slot in by_round[r].at_uavs[i].lost_slots:
                 message, _ = by_round[r].computed.air.slots[slot]
                 if isinstance(message, TrajectoryMessage) and message.uav == i:
-                    missed.append(f"in round {r}, UAV {i} does not get CU {slot}'s message")
-    return ["Loss: " + "; ".join(missed) + "."] if missed else ["Loss: none that concerns these trajectories."]
+                    missed.append((r, f"UAV {i}", f"CU {slot}'s message"))
+    return missed
 
 
-def _assumption(before: Round | None, planned: Round, attempt: Attempt, one: Name, other: Name) -> list[str]:
-    """Say what the planning CU believed of both UAVs, and whether it was true."""
+def _why_unknown(by_round: dict[int, Round], w: int, name: Name, k: int) -> tuple[list[Loss], str]:
+    """Say why CU w does not hold a trajectory in round k, however long ago it could have heard of it.
+
+    Args:
+        by_round: the rounds that are remembered.
+        w: the CU.
+        name: the trajectory, which somebody planned before round k.
+        k: the round in which w does not hold it.
+
+    Returns:
+        the loss that kept it from w, if it was one, and the sentence.
+    """
+    i, (r, c) = name
+    if r not in by_round:
+        return [], f"CU {w} could have heard of it in round {r}, which is older than what is remembered of the flight."
+    got, known = by_round[r].at_cus[w], f"the message in CU {c}'s slot"
+    if c in got.lost_slots:
+        return [(r, f"CU {w}", known)], f"CU {w} never heard of it: it lost {known} in round {r}."
+    if c in got.decoded_replies or c not in got.inbox.cu_messages:
+        reply = by_round[r].computed.air.slots[c].reply
+        assert reply is not None
+        return [], (
+            f"CU {w} never heard of it: in round {r}, UAV {reply.uav} transmitted in CU {c}'s slot as well, and CU {w} "
+            f"did not decode CU {c}'s message."
+        )
+    for q in range(r + 1, k + 1):
+        held = [entry.metadata for entry in by_round[q].before.swarm.cus[w].trackers[i].trajectories]
+        if name[1] not in held:
+            instead = ", ".join(in_words((i, metadata)) for metadata in held) or "nothing"
+            return [], f"CU {w} heard of it in round {r}; from round {q} on it holds {instead} instead."
+    raise AssertionError(f"CU {w} holds {name}")
+
+
+def _assumption(
+    by_round: dict[int, Round], planned: Round, attempt: Attempt, one: Name, other: Name
+) -> tuple[list[Loss], list[str]]:
+    """Say what the planning CU believed of both UAVs, and whether it was true; and what was lost that it was not."""
     w, k = one[1].cu, one[1].round
     cu = planned.before.swarm.cus[w]
-    lines = []
+    lines: list[str] = []
+    losses: list[Loss] = []
     for i in (one[0], other[0]):
         tracker = cu.trackers[i]
         held = ", ".join(in_words((i, trajectory.metadata)) for trajectory in tracker.trajectories)
@@ -92,7 +140,9 @@ def _assumption(before: Round | None, planned: Round, attempt: Attempt, one: Nam
             f"{in_words((i, follows))}."
         )
         if follows not in [trajectory.metadata for trajectory in tracker.trajectories]:
-            lines.append(f"Stale assumption: CU {w} does not know what UAV {i} follows.")
+            lost, why = _why_unknown(by_round, w, (i, follows), k)
+            losses += lost
+            lines += [f"Stale assumption: CU {w} does not know what UAV {i} follows.", why]
     known = [trajectory.metadata for trajectory in cu.trackers[other[0]].trajectories]
     if other[1] in known:
         plan, planes = attempt.planned.plan, attempt.task.planes
@@ -101,16 +151,22 @@ def _assumption(before: Round | None, planned: Round, attempt: Attempt, one: Nam
         what = "did keep" if keeps else "held it, but did not keep"
         lines.append(f"CU {w} {what} UAV {one[0]} away from UAV {other[0]}'s trajectory {in_words(other)}.")
     elif other[1].round == k:
-        lines += _same_round(before, planned, attempt, one, other)
+        of_round = _same_round(by_round.get(k - 1), planned, attempt, one, other)
+        return losses + of_round[0], lines + of_round[1]
     else:
-        lines.append(
+        lost, why = _why_unknown(by_round, w, other, k)
+        losses += lost
+        lines += [
             f"Stale assumption: UAV {other[0]}'s trajectory {in_words(other)} is not among those that CU {w} keeps UAV "
-            f"{one[0]} away from."
-        )
-    return lines
+            f"{one[0]} away from.",
+            why,
+        ]
+    return losses, list(dict.fromkeys(lines))
 
 
-def _same_round(before: Round | None, planned: Round, attempt: Attempt, one: Name, other: Name) -> list[str]:
+def _same_round(
+    before: Round | None, planned: Round, attempt: Attempt, one: Name, other: Name
+) -> tuple[list[Loss], list[str]]:
     """Say whom each of the two CUs took to be planned in this round, and why they disagreed, if they did."""
     k, w, v = one[1].round, one[1].cu, other[1].cu
     theirs = planned.computed.attempts[v]
@@ -119,16 +175,18 @@ def _same_round(before: Round | None, planned: Round, attempt: Attempt, one: Nam
         f"UAV {other[0]} is planned in the same round, by CU {v}. CU {w} takes A_ET({k}) to be "
         f"{sorted(attempt.task.selected)}, CU {v} takes it to be {sorted(theirs.task.selected)}."
     ]
+    losses: list[Loss] = []
     if other[0] not in attempt.task.selected or one[0] not in theirs.task.selected:
         lines.append("Stale assumption: one of them counts on the other UAV's old trajectory, and leaves no room.")
     if before is not None:
         for cu in (w, v):
             got = before.at_cus[cu]
+            losses += [(k - 1, f"CU {cu}", f"the message in CU {s}'s slot") for s in got.lost_slots]
             what = [f"does not get the message in CU {s}'s slot" for s in got.lost_slots]
             what += [f"decodes a UAV's reply in CU {s}'s slot, without priorities" for s in got.decoded_replies]
             if what:
                 lines.append(f"Priorities: in round {k - 1}, CU {cu} {' and '.join(what)}.")
-    return lines
+    return losses, lines
 
 
 def _plan(lattice: Lattice, attempt: Attempt, one: Name) -> list[str]:
