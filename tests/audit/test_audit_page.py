@@ -22,7 +22,7 @@ from swarmproof.report.audit_page import audit_page
 from swarmproof.report.audit_plots import SCENES, draw_ranges, draw_scene, draw_step
 from swarmproof.report.audit_words import shown
 from swarmproof.statements.cells import ROLES, cells
-from swarmproof.statements.claim import ProofVerdict
+from swarmproof.statements.claim import ProofVerdict, Reading
 from swarmproof.statements.grid import Range, Step, Time
 
 AUDITED: Sequence[Audited] = audit(PROOF_CLAIMS)
@@ -125,7 +125,13 @@ def test_verdicts_are_seen_without_colour() -> None:
     """Each verdict has a sign and a word of its own."""
     tags = set(re.findall(r'<span class="tag \w+">([^<]*)</span>', PAGE))
     assert {"✓ proved", "✗ false", "◐ true under (20)", "? not decided"} <= tags
-    assert "✓ Every verdict is the one on record" in PAGE
+    assert "Every verdict is the one on record" in PAGE
+    printed = [each for each in AUDITED if each.claim.reading is Reading.PRINTED]
+    refuted = [each for each in printed if each.verdict is ProofVerdict.FALSE]
+    assert f"✗ {len(refuted)} of the {len(printed)} claims shown here are false as printed" in PAGE
+    assert 'class="box good"' not in PAGE
+    proved = [each for each in printed if each not in refuted]
+    assert 'class="box good"' in audit_page(proved, [])
 
 
 def test_a_verdict_that_is_not_on_record_is_an_alarm() -> None:

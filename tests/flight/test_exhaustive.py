@@ -299,6 +299,7 @@ def test_ignoring_losses_violates_separation() -> None:
         "Trackers",
         "Trackers",
         "Stale assumption",
+        "CU 0 never heard of it",
         "Stale assumption",
         "Plan",
         "Closest approach",

@@ -137,6 +137,7 @@ def _one_flight(
     """Fly, deliver what came of it, and return the exit code; `worst` is the search that found the losses, if any."""
     flight = setting.flight()
     log = Log(flight)
+    searched = [] if worst is None else worst.description
     positions = None if options.positions is None else Positions(setting, flight)
     with terminal.bar("rounds") as bar:
         task = bar.add_task("", total=rounds)
@@ -153,14 +154,14 @@ def _one_flight(
 
     def report() -> None:
         if folder is not None:
-            flight_page.put_flight(folder, setting, options.loss, flown, log)
+            flight_page.put_flight(folder, setting, options.loss, flown, log, searched)
             folder.publish()
 
     idle = losses.without_effect(flown.rounds, flown.lost) if isinstance(losses, Loss) else []
     deliver(
         None if positions is None else lambda: write_positions(Path(options.positions), setting, positions),
-        lambda: write_json(options.json, flight_words.document(setting, options.loss, flown, seconds)),
-        lambda: _print_flight(console, setting, options.loss, flown, [] if worst is None else worst.description, idle),
+        lambda: write_json(options.json, flight_words.document(setting, options.loss, flown, seconds, searched)),
+        lambda: _print_flight(console, setting, options.loss, flown, searched, idle),
         report,
     )
     _print_folder(console, folder)

@@ -16,7 +16,7 @@ from swarmproof.report import audit_words, names
 from swarmproof.report.audit_plots import SCENES, STYLE, draw_ranges, draw_scene, draw_step
 from swarmproof.report.page import PAPER, template
 from swarmproof.statements.cells import ROLES, Role
-from swarmproof.statements.claim import ProofVerdict
+from swarmproof.statements.claim import ProofVerdict, Reading
 from swarmproof.statements.grid import Step
 
 #: T/T_c of the pictures: that of the published experiments.
@@ -65,10 +65,13 @@ def audit_page(audited: Sequence[Audited], pairs: Sequence[CellAudit]) -> str:
     by_id: dict[str, list[ReadingView]] = {}
     for each in audited:
         by_id.setdefault(each.claim.id, []).append(ReadingView(each, _groups(each.answers), _strips(each)))
+    printed = [each for each in audited if each.claim.reading is Reading.PRINTED]
     stepped = any(isinstance(answer.asked, Step) for each in audited for answer in each.answers)
     return template("audit.html.j2").render(
         paper=PAPER,
         headline=_headline(audited),
+        printed=len(printed),
+        refuted=sum(each.verdict is ProofVerdict.FALSE for each in printed),
         alarms=[each.claim.key for each in audited if not each.as_recorded],
         verdicts=_VERDICTS,
         meanings=_MEANINGS,

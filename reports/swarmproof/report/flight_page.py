@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
@@ -47,7 +48,9 @@ class Told:
     lines: tuple[tuple[str, str], ...]
 
 
-def put_flight(folder: ReportFolder, setting: Setting, loss: str, flown: Flown, log: Log) -> None:
+def put_flight(
+    folder: ReportFolder, setting: Setting, loss: str, flown: Flown, log: Log, search: Sequence[str] = ()
+) -> None:
     """Put the report of a flight into `folder`: its page and pictures.
 
     Args:
@@ -56,6 +59,7 @@ def put_flight(folder: ReportFolder, setting: Setting, loss: str, flown: Flown, 
         loss: the loss model, as the user wrote it.
         flown: what became of the claims.
         log: all rounds of the flight, at least one.
+        search: how the losses were found, and whether that was stopped, if they were searched for.
 
     Raises:
         BadInput: there is no matplotlib.
@@ -64,10 +68,12 @@ def put_flight(folder: ReportFolder, setting: Setting, loss: str, flown: Flown, 
     drawn = pictures(flown, log)
     for picture in drawn:
         folder.put(f"{picture.name}.svg", picture.svg)
-    folder.put("index.html", flight_page(setting, loss, flown, log, drawn))
+    folder.put("index.html", flight_page(setting, loss, flown, log, drawn, search))
 
 
-def flight_page(setting: Setting, loss: str, flown: Flown, log: Log, drawn: list[Picture]) -> str:
+def flight_page(
+    setting: Setting, loss: str, flown: Flown, log: Log, drawn: list[Picture], search: Sequence[str] = ()
+) -> str:
     """Return the page, with the pictures `drawn` in it."""
     chains = _chains(flown)
     failed = [attempt for logged in log.rounds for attempt in logged.replanned if attempt.why]
@@ -83,6 +89,8 @@ def flight_page(setting: Setting, loss: str, flown: Flown, log: Log, drawn: list
         undecided=[judged for judged in flown.claims if judged.verdict is FlightVerdict.UNDECIDED],
         idle=flown.last_adoption is None,
         stopped=flown.stopped,
+        collision=flight_words.collision(setting, flown),
+        search=search,
         verdict_words=_VERDICT_WORDS,
         chains=chains,
         chain_of={claim: told.claims[0] for told in chains for claim in told.claims},

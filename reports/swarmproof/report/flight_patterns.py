@@ -25,6 +25,8 @@ def put_patterns(folder: ReportFolder, setting: Setting, rounds: int, found: Exh
     page = environment.get_template("flight_patterns.html.j2").render(
         headline=flight_words.patterns_headline(setting, rounds, found),
         violated=found.violated,
+        stopped=found.stopped,
+        collision=flight_words.collision(setting, found),
         summary=flight_words.patterns_summary(found),
         claims=found.claims,
         tags=_TAGS,

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
 
 from swarmproof.assess.exhaustive import Decided, Exhaustive
 from swarmproof.assess.judge import Counts, Flown, Judged
@@ -61,6 +62,33 @@ def summary(setting: Setting, flown: Flown) -> list[str]:
     ]
 
 
+class Collision(NamedTuple):
+    """Whether UAVs collided, in one sentence: the first question about a flight. `good`: they certainly did not."""
+
+    good: bool
+    sentence: str
+
+
+#: The claims that speak of collisions: of the UAVs themselves, and of their references.
+_COLLISIONS = ("eq-2-actual", "eq-2")
+
+
+def collision(setting: Setting, found: Flown | Exhaustive) -> Collision:
+    """Return whether UAVs came closer than d_min."""
+    judged = [one for one in found.claims if one.claim.id in _COLLISIONS]
+    by_verdict = {str(one.verdict): one for one in judged}
+    # kinds of UAVs have a d_min each
+    d_min = "" if setting.scenario.kinds else f"; d_min is {exact_text(setting.scenario.parameters.d_min)} m"
+    if "violated" in by_verdict:
+        return Collision(False, f"✗ UAVs collided: {by_verdict['violated'].why}.")
+    if "undecided" in by_verdict:
+        return Collision(False, f"? Whether UAVs collided is not decided: {by_verdict['undecided'].why}.")
+    if set(by_verdict) == {"not-applicable"}:
+        return Collision(False, f"– Whether UAVs collided cannot be asked: {judged[0].why}.")
+    apart = f"their references stayed at least {found.continuous_lower:.6f} m apart at all times (scaled)"
+    return Collision(True, f"✓ No two UAVs collided: {apart}{d_min}.")
+
+
 def scope(setting: Setting, loss: str, flown: Flown) -> str:
     """Return what the verdicts are about."""
     parameters = ", ".join(setting.scenario.differences()) or "published"
@@ -80,8 +108,11 @@ def _defaults(setting: Setting) -> str:
     return f" Not given: {told}." if told else ""
 
 
-def document(setting: Setting, loss: str, flown: Flown, seconds: float) -> str:
-    """Return the flight as an indented JSON document; `loss` is the loss model as the user wrote it."""
+def document(setting: Setting, loss: str, flown: Flown, seconds: float, search: Sequence[str] = ()) -> str:
+    """Return the flight as an indented JSON document; `loss` is the loss model as the user wrote it.
+
+    `search` says how its losses were found, and whether that was stopped, if they were searched for.
+    """
     qps = flown.qps
     separation = {"sampled": flown.sampled, "continuous_lower": flown.continuous_lower}
     content = {
@@ -92,6 +123,7 @@ def document(setting: Setting, loss: str, flown: Flown, seconds: float) -> str:
         "last_adoption": None if flown.last_adoption is None else flown.last_adoption._asdict(),
         "interrupted": flown.stopped is not None,
         "stopped": flown.stopped,
+        **({"search": list(search)} if search else {}),
         "claims": [_claim(judged) for judged in flown.claims],
         "seconds": round(seconds, 3),
     }

@@ -94,11 +94,12 @@ def counterexample_page(decided: Decided, replayed: Replay, result: Result) -> s
     )
 
 
-def overview_page(result: Result, pages: Mapping[str, str]) -> str:
-    """Return the page with all verdicts; `pages` has the relative link to each claim's page."""
+def overview_page(result: Result, pages: Mapping[str, str], above: str = "") -> str:
+    """Return the page with all verdicts; `pages` has the relative link to each claim's page, `above` to a matrix."""
     return template("overview.html.j2").render(
         claims=result.claims,
         pages=pages,
+        above=above,
         paper=PAPER,
         verdict_words={verdict: _VERDICT_WORDS[verdict] for verdict in Verdict},
         witness_rounds={seen.id: None if seen.trace is None else len(seen.trace.rounds) for seen in result.witnesses},

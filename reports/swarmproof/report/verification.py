@@ -38,4 +38,4 @@ def put_result(folder: ReportFolder, result: Result, within: str = "") -> None:
         if seen.trace is not None:
             folder.put(f"{within}witness-{seen.id}.trace.json", encode(seen.trace))
     folder.put(within + "verdicts.json", as_json(result, traces))
-    folder.put(within + "index.html", overview_page(result, pages))
+    folder.put(within + "index.html", overview_page(result, pages, above="../index.html" if within else ""))
