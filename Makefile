@@ -6,7 +6,7 @@ PIP := PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_CONSTRAINT=$(CURDIR)/constraints.txt 
 # `make verify ARGS="--uavs 2 --cus 2"` verifies a part of the matrix
 ARGS ?=
 
-.PHONY: verify test margins flights experiments bench deep lint wheel record clean
+.PHONY: verify test margins flights experiments bench deep mutants lint wheel record clean
 
 verify: $(VENV)/.installed
 	$(BIN)/swarmproof verify --matrix --report out/verify $(ARGS)
@@ -47,6 +47,10 @@ bench: $(VENV)/.installed
 # exhaustive cross-checks of the engine against brute force; minutes
 deep: $(VENV)/.installed
 	$(BIN)/python -m pytest -m deep -n auto --dist worksteal $(ARGS)
+
+# the modules that soundness rests on with every single place changed, and the tests that notice (docs/mutants.md); resumes
+mutants: $(VENV)/.installed
+	$(BIN)/python -m tests.quality.run_mutants $(ARGS)
 
 lint: $(VENV)/.installed-dev
 	$(BIN)/ruff check .

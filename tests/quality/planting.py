@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 from types import FunctionType, ModuleType
 
@@ -28,7 +29,7 @@ class Edit:
 
 
 def plant(edit: Edit, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Give the module's functions the code that they have with the line replaced.
+    """Give the module's functions and methods the code that they have with the line replaced.
 
     The functions stay the same objects, with the same globals: whoever has imported them, by name or through their
     module, runs the mutated code, and there is still only one class of every name.
@@ -37,11 +38,21 @@ def plant(edit: Edit, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, mutated.__name__, mutated)  # dataclasses look their module up
     exec(compile(edit.mutated_source(), mutated.__name__, "exec"), mutated.__dict__)
     changed = 0
-    for name, function in list(vars(edit.module).items()):
-        if not isinstance(function, FunctionType) or function.__module__ != edit.module.__name__:
-            continue
-        code = vars(mutated)[name].__code__
-        if code != function.__code__:
-            monkeypatch.setattr(function, "__code__", code)
+    for function, other in _functions(edit.module, mutated, edit.module.__name__):
+        if other.__code__ != function.__code__:
+            monkeypatch.setattr(function, "__code__", other.__code__)
             changed += 1
     assert changed, "the edit changes no function of the module"
+
+
+def _functions(
+    original: ModuleType | type, mutated: ModuleType | type, module: str
+) -> Iterator[tuple[FunctionType, FunctionType]]:
+    """Yield the functions of a module and the methods of its classes, each with the mutated one."""
+    for name, function in list(vars(original).items()):
+        if getattr(function, "__module__", None) != module:
+            continue
+        if isinstance(function, FunctionType):
+            yield function, vars(mutated)[name]
+        elif isinstance(function, type):
+            yield from _functions(function, vars(mutated)[name], module)
