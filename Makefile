@@ -6,14 +6,14 @@ PIP := PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_CONSTRAINT=$(CURDIR)/constraints.txt 
 # `make verify ARGS="--uavs 2 --cus 2"` verifies a part of the matrix
 ARGS ?=
 
-.PHONY: verify test margins flights experiments bench deep mutants lint wheel record clean
+.PHONY: verify test margins flights experiments bench deep hostile mutants lint wheel record clean
 
 verify: $(VENV)/.installed
 	$(BIN)/swarmproof verify --matrix --report out/verify $(ARGS)
 	@echo 'To call swarmproof: $(BIN)/swarmproof --help, or in this shell: export PATH="$(CURDIR)/$(BIN):$$PATH"'
 
 test: $(VENV)/.installed
-	$(BIN)/python -m pytest -m "not deep" -n auto --dist worksteal $(ARGS)
+	$(BIN)/python -m pytest -m "not deep and not hostile" -n auto --dist worksteal $(ARGS)
 
 # Δd_min,cont around the published parameters, with certificates; a second run only checks them. (26) fails for some: 1.
 margins: $(VENV)/.installed
@@ -47,6 +47,10 @@ bench: $(VENV)/.installed
 # exhaustive cross-checks of the engine against brute force; minutes
 deep: $(VENV)/.installed
 	$(BIN)/python -m pytest -m deep -n auto --dist worksteal $(ARGS)
+
+# the program in environments that fail: full disks, closed streams, encodings, kills at any moment; minutes
+hostile: $(VENV)/.installed
+	$(BIN)/python -m pytest -m hostile -n auto --dist worksteal tests/hostile $(ARGS)
 
 # the modules that soundness rests on with every single place changed, and the tests that notice (docs/mutants.md); resumes
 mutants: $(VENV)/.installed

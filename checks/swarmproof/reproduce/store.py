@@ -66,14 +66,11 @@ class Store:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        if folder.exists() and not folder.is_dir():
-            raise BadInput(f"the results cannot be kept in {folder}, which is no folder; choose another --results")
         try:
             folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise BadInput(
-                f"the results cannot be kept in {folder}: {error.strerror}; choose another --results"
-            ) from None
+        except (OSError, ValueError) as error:  # a name can have a byte that no name can have
+            why = error.strerror if isinstance(error, OSError) else error
+            raise BadInput(f"the results cannot be kept in {folder}: {why}; choose another --results") from None
 
     def get(self, cell: Cell) -> Stored | None:
         """Return what is known of `cell`; None if nothing is, or what is there does not count."""
