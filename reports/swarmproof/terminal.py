@@ -55,8 +55,10 @@ def text(json_target: str | None = None) -> Console:
 
 
 def progress_console() -> Console:
-    """Return where progress goes: standard error. What cannot be shown there is not shown."""
-    return Console(file=_as_text(_Courtesy(sys.stderr)))
+    """Return where progress goes: standard error, if that is a terminal. What cannot be shown is not shown."""
+    console = Console(file=_as_text(_Courtesy(sys.stderr)))
+    console.quiet = not console.is_terminal  # a log has no use for bars, nor for the empty lines that they leave
+    return console
 
 
 def status(what: str) -> Status:

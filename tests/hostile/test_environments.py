@@ -124,7 +124,7 @@ WRITING: dict[str, tuple[list[str], str]] = {
     "verify-report": (["verify", "--semantics", "ignore-loss", "--report", "out/report"], "report"),
     "matrix-report": (["verify", "--matrix", "--uavs", "2", "--cus", "1", "--report", "out/report"], "report"),
     "fly-json": (["fly", "crossing", "--rounds", "3", "--json", "out/file"], "file"),
-    "fly-positions": (["fly", "crossing", "--rounds", "3", "--positions", "out/file.csv"], "file.csv"),
+    "fly-positions": (["fly", "crossing", "--rounds", "30", "--positions", "out/file.csv"], "file.csv"),
     "fly-report": (["fly", "crossing", "--rounds", "3", "--report", "out/report"], "report"),
     "margin-certificate": (["margin", "--set", "T_c=0.05", "--certificate", "out/file"], "file"),
     "margin-plot": (["margin", "--set", "T_c=0.05", "--plot", "out/file.svg"], "file.svg"),

@@ -1,4 +1,4 @@
-"""Runs that are killed at any moment: nothing half written, nobody left behind, and a later run is as if nothing had been.
+"""Runs that are killed at any moment: nothing half written, nobody left behind, and a later run as always.
 
 The moments are shares of how long an undisturbed run takes, so that they do not depend on the machine.
 """

@@ -65,8 +65,7 @@ UNREADABLE: dict[str, Callable[[Path], object]] = {
     "another-schema": _bytes(b'{"schema": "swarmproof.flight/1"}'),
 }
 
-#: What writes a file, as a command line in which FILE is the file; each has something else that ends it at once, so that
-#: what can be written is not.
+#: What writes a file, as a command line in which FILE is the file.
 WRITERS = {
     "verify-json": ["verify", "--cus", "1", "--json", "FILE"],
     "verify-report": ["verify", "--cus", "1", "--report", "FILE"],

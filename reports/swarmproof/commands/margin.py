@@ -263,7 +263,7 @@ def _swept(options: argparse.Namespace, sets: Sequence[Problem]) -> list[Margin]
             kept = (
                 "the same command goes on from here" if folder is not None else "with --results DIR they would be kept"
             )
-            bar.console.print(f"{int(bar.tasks[0].completed)} of {len(sets)} sets are done; {kept}")
+            streams.say(f"{int(bar.tasks[0].completed)} of {len(sets)} sets are done; {kept}")
             raise
     return results
 
