@@ -7,6 +7,7 @@ import json
 import os
 import shutil
 import signal
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -243,3 +244,22 @@ def test_json_is_written_where_it_is_wanted(tmp_path: Path, capfdbinary: pytest.
     write_json(str(tmp_path / "file"), '"Δ"')
     write_json("-", '"Δ"')
     assert (tmp_path / "file").read_bytes() == capfdbinary.readouterr().out == '"Δ"'.encode()
+
+
+class _Interrupting:
+    """Something that is interrupted where Python can raise nothing: as it is forgotten."""
+
+    def __del__(self) -> None:
+        os.kill(os.getpid(), signal.SIGINT)
+
+
+def test_an_interrupt_that_python_ignores_comes_again(capsys: pytest.CaptureFixture[str]) -> None:
+    """Ctrl-C in a destructor is neither lost nor a traceback."""
+    with interrupts.handled():
+        interrupts.from_now_on()
+        with pytest.raises(KeyboardInterrupt):
+            del_soon = [_Interrupting()]
+            del_soon.clear()
+            while True:
+                time.sleep(0.01)
+    assert capsys.readouterr().err == ""

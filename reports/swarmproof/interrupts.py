@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,6 +12,9 @@ from types import FrameType
 
 from swarmproof.campaign.deferred import SIGNALS
 from swarmproof.exit_codes import ExitCode
+
+#: After this time, in s, a signal is sent again.
+_SOON_S = 0.02
 
 
 class Terminated(KeyboardInterrupt):
@@ -24,12 +28,14 @@ def handled() -> Iterator[None]:
         yield
         return
     before = [signal.getsignal(one) for one in SIGNALS]
+    hook, sys.unraisablehook = sys.unraisablehook, _again
     try:
         for one, handler in zip(SIGNALS, before, strict=True):
             if handler is not signal.SIG_IGN:  # a shell lets what runs in the background ignore Ctrl-C
                 signal.signal(one, leave_at_once)
         yield
     finally:
+        sys.unraisablehook = hook
         for one, handler in zip(SIGNALS, before, strict=True):
             signal.signal(one, handler)
 
@@ -45,6 +51,17 @@ def from_now_on() -> None:
     for one in SIGNALS:
         if threading.current_thread() is threading.main_thread() and signal.getsignal(one) is leave_at_once:
             signal.signal(one, _raise)
+
+
+def _again(unraisable: sys.UnraisableHookArgs) -> None:
+    """Send a signal again that came where Python can raise nothing, such as in a weak reference's callback."""
+    if not isinstance(unraisable.exc_value, KeyboardInterrupt):
+        sys.__unraisablehook__(unraisable)
+        return
+    number = signal.SIGTERM if isinstance(unraisable.exc_value, Terminated) else signal.SIGINT
+    timer = threading.Timer(_SOON_S, os.kill, (os.getpid(), number))
+    timer.daemon = True
+    timer.start()
 
 
 def _raise(number: int, frame: FrameType | None) -> None:
