@@ -253,13 +253,17 @@ class _Interrupting:
         os.kill(os.getpid(), signal.SIGINT)
 
 
+def _forget_and_wait() -> None:
+    forgotten = [_Interrupting()]
+    forgotten.clear()
+    while True:
+        time.sleep(0.01)
+
+
 def test_an_interrupt_that_python_ignores_comes_again(capsys: pytest.CaptureFixture[str]) -> None:
     """Ctrl-C in a destructor is neither lost nor a traceback."""
     with interrupts.handled():
         interrupts.from_now_on()
         with pytest.raises(KeyboardInterrupt):
-            del_soon = [_Interrupting()]
-            del_soon.clear()
-            while True:
-                time.sleep(0.01)
+            _forget_and_wait()
     assert capsys.readouterr().err == ""
