@@ -23,7 +23,7 @@ class Terminated(KeyboardInterrupt):
 
 @contextmanager
 def handled() -> Iterator[None]:
-    """Handle the signals as :func:`leave_at_once` until :func:`from_now_on`, and as before at the end."""
+    """Handle the signals as :func:`leave_at_once` until :func:`from_now_on`; at the end as before, or not any more."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -36,8 +36,9 @@ def handled() -> Iterator[None]:
         yield
     finally:
         sys.unraisablehook = hook
+        is_program = before[0] is signal.SIG_DFL  # see __main__: all is said, and only the exit code is left to give
         for one, handler in zip(SIGNALS, before, strict=True):
-            signal.signal(one, handler)
+            signal.signal(one, signal.SIG_IGN if is_program else handler)
 
 
 def leave_at_once(number: int, frame: FrameType | None) -> None:
