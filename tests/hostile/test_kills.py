@@ -28,6 +28,7 @@ pytestmark = pytest.mark.hostile
 #: Flies six small cells in two processes, as `reproduce` does: the real experiments take minutes.
 REPRODUCE = """
 import sys
+import swarmproof.__main__  # which makes signals those of the program
 from swarmproof.cli import main
 from swarmproof.commands import reproduce as command
 from swarmproof.reproduce import decide
