@@ -182,6 +182,7 @@ def check_against_counted(semantics: Semantics, max_states: int | None = None) -
     assert bisimilar(image, fine.keys)
 
 
+@pytest.mark.deep
 def test_essential_is_bisimilar_to_counted_under_guarded() -> None:
     """Under `guarded`, ESSENTIAL is the image of all that COUNTED reaches, and behaves alike in every round."""
     check_against_counted(Semantics.parse("guarded"))

@@ -133,6 +133,7 @@ def test_the_largest_norm_of_the_speed_is_found(capsys: pytest.CaptureFixture[st
     assert 1.5 * (1 - 2e-4) <= float(value[1]) <= 1.5
 
 
+@pytest.mark.deep
 def test_a_kind_with_a_norm_of_its_own_is_not_kept_in_the_box_of_another(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

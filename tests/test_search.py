@@ -221,6 +221,7 @@ def test_depths_and_losses_are_those_of_a_plain_search(
     assert expected == found
 
 
+@pytest.mark.deep
 def test_a_shortest_violation_is_that_of_a_plain_search() -> None:
     """At two UAVs and two CUs, claims are first broken where a search without packing and merging first sees it."""
     semantics = Semantics.parse("printed", ["initial=known", "request_order=any"])
