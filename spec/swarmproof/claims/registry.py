@@ -12,7 +12,6 @@ from enum import Enum
 from swarmproof.claims import predicates
 from swarmproof.claims.observed import ObservedSwarm, ObservedUav
 from swarmproof.claims.predicates import Broken
-from swarmproof.claims.proofs.registry import is_proof_claim
 from swarmproof.errors import BadInput
 from swarmproof.semantics.switches import Semantics
 
@@ -154,6 +153,8 @@ def select_claims(ids: Sequence[str] | None = None) -> tuple[Claim, ...]:
     known = [claim.id for claim in CLAIMS]
     for name in ids or ():
         if name not in known:
+            from swarmproof.claims.proofs.registry import is_proof_claim  # which no verdict needs, and takes long
+
             elsewhere = f"; it is one of the proofs: swarmproof audit --claim {name}" if is_proof_claim(name) else ""
             raise BadInput(f"there is no claim {name!r}: choose among {', '.join(known)}{elsewhere}")
     return tuple(claim for claim in CLAIMS if not ids or claim.id in ids)
