@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -298,11 +297,9 @@ def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path) -> None:
 
 
 def test_an_absurd_exponent_costs_no_time() -> None:
-    """An exponent is judged before the power of ten is built."""
-    before = time.perf_counter()
+    """An exponent is judged before the power of ten is built, which no machine could do."""
     with pytest.raises(BadInput, match="out of range"):
         read_number("1e" + "9" * 90)
-    assert time.perf_counter() - before < 1
 
 
 def test_no_rounded_number_is_taken_for_an_exact_one() -> None:

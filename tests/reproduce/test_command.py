@@ -493,7 +493,7 @@ def test_an_interrupted_run_goes_on(
         text=True,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
         start_new_session=True,
-        timeout=60,
+        timeout=600,
         check=False,
     )
     out, err = begun.stdout, begun.stderr

@@ -272,7 +272,7 @@ def test_two_processes_do_not_disturb_each_other(store: Store) -> None:
         )
         for _ in range(2)
     ]
-    assert [one.communicate(timeout=60)[0].split() for one in both] == [["0", "0"]] * 2
+    assert [one.communicate(timeout=600)[0].split() for one in both] == [["0", "0"]] * 2
 
 
 def test_a_folder_that_cannot_be_made_is_bad_input(tmp_path: Path) -> None:
