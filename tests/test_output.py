@@ -200,7 +200,7 @@ def test_where_one_way_fails_the_others_are_tried() -> None:
         raise Failed("not either")
 
     with pytest.raises(Failed, match=r"^no; not either$"):
-        deliver(fail, lambda: told.append("first"), None, fail_too, lambda: told.append("last"))
+        deliver(fail, lambda: told.append("first"), fail_too, lambda: told.append("last"))
     assert told == ["first", "last"]
 
     def crash() -> None:

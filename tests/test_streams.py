@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from swarmproof import streams
+from swarmproof import streams, terminal
 from swarmproof.cli import main
 from swarmproof.errors import Failed
 from swarmproof.exit_codes import ExitCode
@@ -158,3 +158,26 @@ def test_every_end_is_one_sentence_and_its_own_code(
     monkeypatch.setenv("SWARMPROOF_TRACEBACK", "1")
     assert main(["claims"]) is code
     assert ("Traceback" in capsys.readouterr().err) == (code is ExitCode.DEFECT)
+
+
+def test_a_bar_that_cannot_be_shown_stops_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A terminal that is gone takes no progress; what runs behind it goes on. A verdict is no progress."""
+
+    class Gone(Broken):
+        def isatty(self) -> bool:
+            return True
+
+    monkeypatch.setattr(sys, "stderr", Gone(OSError(5, "Input/output error")))
+    monkeypatch.setenv("TERM", "xterm")
+    done = 0
+    with terminal.status("going"):
+        done += 1
+    with terminal.bar("steps", transient=False) as bar:
+        task = bar.add_task("", total=3)
+        for _ in range(3):
+            bar.update(task, advance=1)
+            done += 1
+    assert not bar.console.quiet
+    assert done == 4
+    with pytest.raises(Failed, match="standard error cannot be written"):
+        terminal.text("-").print("a verdict")

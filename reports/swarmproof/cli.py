@@ -28,8 +28,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return code
         except BaseException as error:
             sentence, code = _ending(error)
-            if sentence:
-                streams.say(sentence)
+            streams.say(sentence)
             return code
 
 

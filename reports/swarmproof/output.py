@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import os
 import shutil
-import stat
 import tempfile
 from collections.abc import Callable, Iterable
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path, PurePosixPath
 from types import TracebackType
 
@@ -19,7 +19,8 @@ import msgspec
 from swarmproof import streams
 from swarmproof.campaign.deferred import deferred
 from swarmproof.errors import BadInput, Failed
-from swarmproof.files.writing import is_replaced, write
+from swarmproof.files.reading import read_bytes
+from swarmproof.files.writing import as_bytes, is_replaced, write
 
 try:
     from fcntl import LOCK_EX, LOCK_NB, flock
@@ -28,6 +29,7 @@ except ImportError:  # a system without such locks: two runs into one folder are
 
 #: In a report's folder: which files are of swarmproof, so that the next report removes what it does not write itself.
 LISTED = ".swarmproof.json"
+MOST_BYTES = 10**7
 _STAGE = ".swarmproof-stage"
 _LISTS = (".first", ".last")
 #: What names other files of its folder: it is the first to go, and the last to come.
@@ -70,12 +72,12 @@ def write_json(target: str | None, document: str | bytes) -> None:
         Failed: it cannot be written.
     """
     if target == "-":
-        streams.write_bytes(document.encode("utf-8", "backslashreplace") if isinstance(document, str) else document)
+        streams.write_bytes(as_bytes(document))
     elif target is not None:
         write(Path(target), document)
 
 
-def deliver(*ways: Callable[[], None] | None) -> None:
+def deliver(*ways: Callable[[], None]) -> None:
     """Tell what was found in every way that was asked for: where one fails, the others are tried all the same.
 
     Args:
@@ -89,8 +91,7 @@ def deliver(*ways: Callable[[], None] | None) -> None:
     defect: Exception | None = None
     for way in ways:
         try:
-            if way is not None:
-                way()
+            way()
         except Failed as failed:
             failures.append(str(failed))
         except Exception as error:
@@ -115,6 +116,26 @@ def reserve_folder(path: Path) -> Path:
         why = error.strerror if isinstance(error, OSError) else error
         raise BadInput(f"cannot write to {path}: {why}; give a folder that can be written to, such as out") from None
     return path
+
+
+def reserve_report(path: str | None) -> AbstractContextManager[ReportFolder | None]:
+    """Return the reserved folder of a report, for a `with`; None in it if no report was asked for.
+
+    Raises:
+        BadInput: it cannot be used.
+    """
+    return nullcontext() if path is None else ReportFolder(Path(path))
+
+
+def publish(folder: ReportFolder | None, put: Callable[[ReportFolder], None]) -> None:
+    """Let `put` collect a report, and put it in place; nothing if no report was asked for.
+
+    Raises:
+        Failed: it cannot be written.
+    """
+    if folder is not None:
+        put(folder)
+        folder.publish()
 
 
 class ReportFolder:
@@ -162,27 +183,26 @@ class ReportFolder:
         stage = self.path / _STAGE
         try:
             try:
-                self._stage(stage)
+                earlier = _listed(self.path)
+                self._stage(stage, earlier)
                 with deferred():
-                    self._commit(stage)
+                    self._commit(stage, earlier)
             finally:
                 shutil.rmtree(stage, ignore_errors=True)
         except OSError as error:
             raise Failed(f"the report in {self.path} cannot be written: {error.strerror or error}") from None
 
-    def _stage(self, stage: Path) -> None:
+    def _stage(self, stage: Path, earlier: set[str]) -> None:
         stage.mkdir(exist_ok=True)
         for name, content in self._files.items():
             path = stage / name
             path.parent.mkdir(parents=True, exist_ok=True)
-            data = content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
-            path.write_bytes(data)
+            path.write_bytes(as_bytes(content))
         # first, so that the next run knows what is there if this one is killed; and in the end
-        (stage / _LISTS[0]).write_bytes(_list({*_listed(self.path), *self._files}))
+        (stage / _LISTS[0]).write_bytes(_list({*earlier, *self._files}))
         (stage / _LISTS[1]).write_bytes(_list(self._files))
 
-    def _commit(self, stage: Path) -> None:
-        earlier = _listed(self.path)
+    def _commit(self, stage: Path, earlier: set[str]) -> None:
         os.replace(stage / _LISTS[0], self.path / LISTED)
         for name in sorted({*earlier, *self._files}, key=_order, reverse=True):
             if _order(name)[0] or name not in self._files:
@@ -211,12 +231,10 @@ def _order(name: str) -> tuple[int, int, str]:
 
 def _listed(folder: Path) -> set[str]:
     """Return the files that an earlier report wrote here; none if the list is not ours."""
-    path = folder / LISTED
     try:
-        if not stat.S_ISREG(path.lstat().st_mode) or path.stat().st_size > 10**7:
-            return set()
-        names = msgspec.json.decode(path.read_bytes(), type=dict[str, object]).get("files")
-    except (OSError, ValueError, RecursionError):
+        content = read_bytes(folder / LISTED, "list of a report's files", MOST_BYTES, "remove it")
+        names = msgspec.json.decode(content, type=dict[str, object]).get("files")
+    except (ValueError, RecursionError):  # there is none, or one that is not ours
         return set()
     listed = names if isinstance(names, list) else []
     return {name for name in listed if isinstance(name, str) and _is_within(name)}

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import sys
 from contextlib import suppress
+from pathlib import Path
 from typing import Any, TextIO, cast
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn, TimeElapsedColumn
 from rich.status import Status
 
@@ -52,6 +54,12 @@ def text(json_target: str | None = None) -> Console:
     Its `print` raises :class:`~swarmproof.errors.Failed` where it cannot be written.
     """
     return Console(file=_as_text(_Checked(sys.stderr if json_target == "-" else sys.stdout)), highlight=False)
+
+
+def print_place(console: Console, what: str, path: Path | str | None) -> None:
+    """Print where something was written, on one line that can be copied; nothing if it was not asked for."""
+    if path is not None:
+        console.print(f"{what}: {escape(str(path))}", soft_wrap=True)
 
 
 def progress_console() -> Console:

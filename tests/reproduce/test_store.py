@@ -88,7 +88,7 @@ def test_what_is_put_is_got(store: Store) -> None:
     assert repr(store.get(CELL)) == repr(STORED)
     assert store.get(OTHER) is None
     assert store.find([OTHER, CELL]) == {CELL: STORED}
-    assert store.outdated([OTHER, CELL]) == 0
+    assert store.uncounted([OTHER, CELL])[0] == 0
     assert Store(store.folder).get(CELL) == STORED
 
 
@@ -110,8 +110,8 @@ def test_a_cell_with_series_is_another(store: Store) -> None:
     file_of(store).rename(file_of(store, twin))
     assert store.get(twin) is None
     assert store.get(CELL) is None
-    assert store.outdated([CELL, twin]) == 0
-    assert store.wrong([CELL, twin]) == [f"{file_of(store, twin)}: it is about something else"]
+    assert store.uncounted([CELL, twin])[0] == 0
+    assert store.uncounted([CELL, twin])[1] == [f"{file_of(store, twin)}: it is about something else"]
 
 
 def changed(change: Callable[[Json], Any], sign: bool = True) -> Callable[[str], str]:
@@ -186,12 +186,12 @@ def test_what_does_not_count_is_missing_and_replaced(name: str, store: Store) ->
     assert store.get(CELL) is None
     assert store.find([CELL]) == {}
     outdated = name in ("other code", "another numpy", "another Python", "a library more")
-    assert store.outdated([CELL, OTHER]) == outdated
-    assert len(store.wrong([CELL, OTHER])) == 1 - outdated
-    assert all(one.startswith(f"{path}: ") and "\n" not in one for one in store.wrong([CELL]))
+    assert store.uncounted([CELL, OTHER])[0] == outdated
+    assert len(store.uncounted([CELL, OTHER])[1]) == 1 - outdated
+    assert all(one.startswith(f"{path}: ") and "\n" not in one for one in store.uncounted([CELL])[1])
     store.put(CELL, STORED)
     assert store.get(CELL) == STORED
-    assert store.outdated([CELL]) == len(store.wrong([CELL])) == 0
+    assert store.uncounted([CELL])[0] == len(store.uncounted([CELL])[1]) == 0
 
 
 @pytest.mark.parametrize(
@@ -210,7 +210,7 @@ def test_bytes_are_missing(store: Store) -> None:
     """A file that is no text is no result."""
     file_of(store).write_bytes(b"\xff\xfe\x00\x80")
     assert store.get(CELL) is None
-    assert len(store.wrong([CELL])) == 1
+    assert len(store.uncounted([CELL])[1]) == 1
 
 
 def test_another_cells_file_is_missing(store: Store) -> None:
@@ -225,7 +225,7 @@ def test_other_code_finds_nothing(store: Store, monkeypatch: pytest.MonkeyPatch)
     with monkeypatch.context() as patch:
         patch.setattr(module, "made_by", lambda: {"swarmproof": "another"})
         assert store.find([CELL]) == {}
-        assert store.outdated([CELL, OTHER]) == 1
+        assert store.uncounted([CELL, OTHER])[0] == 1
     assert store.find([CELL]) == {CELL: STORED}
 
 
@@ -339,7 +339,7 @@ def test_numbers_that_do_not_agree_are_not_believed(change: Json, why: str, stor
     """A right digest over numbers that no flight can have is not enough."""
     path = file_of(store)
     path.write_text(measured(**change)(path.read_text(encoding="ascii")), encoding="ascii")
-    (said,) = store.wrong([CELL])
+    (said,) = store.uncounted([CELL])[1]
     assert why in said
     assert store.get(CELL) is None
 
@@ -350,7 +350,7 @@ def test_legs_that_do_not_agree_are_not_believed(change: Json, why: str, store: 
     path = file_of(store)
     text = changed(lambda table: table["measured"]["legs"][0].update(change))(path.read_text(encoding="ascii"))
     path.write_text(text, encoding="ascii")
-    (said,) = store.wrong([CELL])
+    (said,) = store.uncounted([CELL])[1]
     assert why in said
 
 

@@ -27,7 +27,8 @@ from swarmproof.bench.contest import OURS, SOLVERS, Calls, Parts, contenders, pa
 from swarmproof.bench.flights import Timed, time_flights
 from swarmproof.bench.recording import record
 from swarmproof.channel.grammar import parse
-from swarmproof.errors import BadInput
+from swarmproof.errors import BadInput, Failed
+from swarmproof.files.writing import write
 from swarmproof.motion.lattice import Floats
 from swarmproof.planning.problem import Task
 from swarmproof.scenario.scenario import load
@@ -213,23 +214,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     rounds = setting.scenario.rounds
     size = Size(QUICK, rounds // QUICK, 1) if options.quick else Size(1, rounds, REPEATS)
     try:
-        if options.json is not None:
-            _write(options.json, "")
+        if options.json is not None and not os.access(options.json.parent, os.W_OK):
+            raise BadInput(f"cannot write {options.json}: give a file in a folder that is there and can be written to")
         figures = measure(setting, size)
         if options.json is not None:
-            _write(options.json, json.dumps(document(figures), indent=2) + "\n")
-    except BadInput as mistake:
+            write(options.json, json.dumps(document(figures), indent=2) + "\n")
+    except (BadInput, Failed) as mistake:
         print(f"swarmproof.bench: {mistake}", file=sys.stderr)
         return 2
     show(Console(highlight=False), figures)
     return 0
-
-
-def _write(path: Path, text: str) -> None:
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise BadInput(f"cannot write {path}: {error.strerror}; give a file that can be written") from None
 
 
 if __name__ == "__main__":

@@ -17,6 +17,7 @@ from contextlib import contextmanager
 from multiprocessing import resource_tracker
 from typing import TypeVar
 
+from swarmproof.campaign.deferred import SIGNALS
 from swarmproof.errors import Failed
 
 Job = TypeVar("Job")
@@ -26,7 +27,6 @@ Result = TypeVar("Result")
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 #: How often processes may be killed, one time after another, while no job is finished.
 MOST_KILLS = 3
-_SIGNALS = {signal.SIGINT, signal.SIGTERM}
 
 
 def run_jobs(
@@ -109,7 +109,7 @@ def _obey() -> None:
     """Leave interrupts to the process that began this one, and end when it does, however it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, _SIGNALS)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
@@ -130,7 +130,7 @@ def _stop(pool: ProcessPoolExecutor) -> None:
 def _signals_wait() -> Iterator[None]:
     """Let signals wait in this thread, and in the processes that begin meanwhile until they can obey."""
     resource_tracker.ensure_running()  # which, when it begins, lets signals through
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, _SIGNALS)
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     try:
         yield
     finally:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from swarmproof.claims.experiment_names import EXPERIMENT_NAMES
 from swarmproof.reproduce.experiment import Experiment
 from swarmproof.reproduce.formations import fig3b, fig3c
 from swarmproof.reproduce.jams import fig4
 from swarmproof.reproduce.loss import loss
 
 #: From its name; called with whether it is to be quick.
-EXPERIMENTS: dict[str, Callable[[bool], Experiment]] = {"fig3b": fig3b, "fig3c": fig3c, "fig4": fig4, "loss": loss}
+EXPERIMENTS: dict[str, Callable[[bool], Experiment]] = dict(
+    zip(EXPERIMENT_NAMES, (fig3b, fig3c, fig4, loss), strict=True)
+)

@@ -83,20 +83,22 @@ class Store:
         """Return what is known of these cells."""
         return {cell: stored for cell in cells if (stored := self.get(cell)) is not None}
 
-    def outdated(self, cells: Iterable[Cell]) -> int:
-        """Return how many of these cells have a file of other code, or of other versions of libraries."""
-        return sum(isinstance(self._why(cell), _Outdated) for cell in cells)
+    def uncounted(self, cells: Iterable[Cell]) -> tuple[int, list[str]]:
+        """Return what there is of these cells and does not count.
 
-    def wrong(self, cells: Iterable[Cell]) -> list[str]:
-        """Return of each of these cells whose file is not to be believed, which file it is and why."""
-        return [f"{self._path(cell)}: {why}" for cell in cells if isinstance(why := self._why(cell), _Wrong)]
-
-    def _why(self, cell: Cell) -> Exception | None:
-        try:
-            self._read(cell)
-        except (_Outdated, _Wrong) as why:
-            return why
-        return None
+        Returns:
+            how many files are of other code, or of other versions of libraries; and of each file that is not to be
+            believed, which it is and why.
+        """
+        outdated, wrong = 0, []
+        for cell in cells:
+            try:
+                self._read(cell)
+            except _Outdated:
+                outdated += 1
+            except _Wrong as why:
+                wrong.append(f"{self._path(cell)}: {why}")
+        return outdated, wrong
 
     def _read(self, cell: Cell) -> Stored | None:
         path = self._path(cell)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from contextlib import ExitStack
-from pathlib import Path
 
 from rich.console import Console
 from rich.markup import escape
@@ -17,7 +15,7 @@ from swarmproof.audit.table import UNDER_20, CellAudit, audit_cells
 from swarmproof.claims.proofs.pairs import PAIRS
 from swarmproof.claims.proofs.registry import select_proof_claims
 from swarmproof.exit_codes import ExitCode
-from swarmproof.output import ReportFolder, deliver, reserve_file, write_json
+from swarmproof.output import deliver, publish, reserve_file, reserve_report, write_json
 from swarmproof.report import audit_words
 from swarmproof.report.audit_page import audit_page
 from swarmproof.statements.cells import ROLES
@@ -39,24 +37,16 @@ def run(options: argparse.Namespace) -> ExitCode:
     """
     chosen = select_proof_claims(options.claim)
     reserve_file(options.json)
-    with ExitStack() as reserved:
-        folder = None if options.report is None else reserved.enter_context(ReportFolder(Path(options.report)))
+    with reserve_report(options.report) as folder:
         audited = audit(chosen)
         pairs = audit_cells() if any(claim.id == PAIRS for claim in chosen) else []
         console = terminal.text(options.json)
-
-        def report() -> None:
-            if folder is not None:
-                folder.put("index.html", audit_page(audited, pairs))
-                folder.publish()
-
         deliver(
             lambda: write_json(options.json, audit_words.document(audited, pairs)),
             lambda: _print(console, audited, pairs, with_evidence=bool(options.claim)),
-            report,
+            lambda: publish(folder, lambda report: report.put("index.html", audit_page(audited, pairs))),
         )
-    if folder is not None:
-        console.print(f"Report: {escape(str(folder.index))}", soft_wrap=True)
+    terminal.print_place(console, "Report", None if folder is None else folder.index)
     return _code(audited)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Iterable, Sequence
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Literal
 
@@ -28,7 +27,7 @@ from swarmproof.exit_codes import ExitCode
 from swarmproof.explore.search import Limits
 from swarmproof.flight.state import Round
 from swarmproof.options.fly import SEARCHES
-from swarmproof.output import ReportFolder, deliver, reserve_file, write_json
+from swarmproof.output import ReportFolder, deliver, publish, reserve_file, reserve_report, write_json
 from swarmproof.report import flight_page, flight_words
 from swarmproof.report.flight_patterns import put_patterns
 from swarmproof.report.flight_positions import check_format, write_positions
@@ -70,14 +69,15 @@ def run(options: argparse.Namespace) -> ExitCode:
                 "writes, such as --loss script:DIR/theorem-2.losses.json"
             )
         of_all = parse_rounds(argument)
-        with ExitStack() as reserved:
-            return _every_pattern(setting, of_all, limits, options, _reserve(options, reserved), console)
+        _reserve_files(options)
+        with reserve_report(options.report) as folder:
+            return _every_pattern(setting, of_all, limits, options, folder, console)
     budget = parse_budget(argument) if kind == "adversary" else None
     losses: LossModel | None = None
     if budget is None:
         losses = parse(options.loss, setting.scenario.uavs, setting.cus, setting.seed)
-    with ExitStack() as reserved:
-        folder = _reserve(options, reserved)
+    _reserve_files(options)
+    with reserve_report(options.report) as folder:
         if losses is not None:
             return _one_flight(setting, losses, rounds, options, folder, console)
         worst = _search(setting, rounds, budget or 1, limits)
@@ -108,8 +108,8 @@ def _limits(options: argparse.Namespace, kind: str) -> Limits:
     return limits
 
 
-def _reserve(options: argparse.Namespace, reserved: ExitStack) -> ReportFolder | None:
-    """Make sure that what is to be written can be, before anything is computed; return the report's folder."""
+def _reserve_files(options: argparse.Namespace) -> None:
+    """Make sure that what is to be written can be, before anything is computed."""
     reserve_file(options.json)
     if options.positions is not None:
         check_format(Path(options.positions))
@@ -119,10 +119,8 @@ def _reserve(options: argparse.Namespace, reserved: ExitStack) -> ReportFolder |
                 "files, such as --json flight.json --positions positions.csv"
             )
         reserve_file(options.positions)
-    if options.report is None:
-        return None
-    flight_page.check_available()
-    return reserved.enter_context(ReportFolder(Path(options.report)))
+    if options.report is not None:
+        flight_page.check_available()
 
 
 def _one_flight(
@@ -151,20 +149,16 @@ def _one_flight(
                 bar.update(task, completed=flown.after.k)
 
         flown, seconds = fly(setting, losses, rounds, watch, flight)
-
-    def report() -> None:
-        if folder is not None:
-            flight_page.put_flight(folder, setting, options.loss, flown, log, searched)
-            folder.publish()
-
     idle = losses.without_effect(flown.rounds, flown.lost) if isinstance(losses, Loss) else []
     deliver(
-        None if positions is None else lambda: write_positions(Path(options.positions), setting, positions),
+        lambda: None if positions is None else write_positions(Path(options.positions), setting, positions),
         lambda: write_json(options.json, flight_words.document(setting, options.loss, flown, seconds, searched)),
         lambda: _print_flight(console, setting, options.loss, flown, searched, idle),
-        report,
+        lambda: publish(
+            folder, lambda report: flight_page.put_flight(report, setting, options.loss, flown, log, searched)
+        ),
     )
-    _print_folder(console, folder)
+    terminal.print_place(console, "Report", None if folder is None else folder.index)
     return _exit_code(flown)
 
 
@@ -187,11 +181,6 @@ def _print_flight(
     console.print(escape(flight_words.scope(setting, loss, flown)), style="bright_black", soft_wrap=True)
 
 
-def _print_folder(console: Console, folder: ReportFolder | None) -> None:
-    if folder is not None:
-        console.print(f"Report: {escape(str(folder.index))}", soft_wrap=True)
-
-
 def _every_pattern(
     setting: Setting,
     rounds: int,
@@ -208,18 +197,12 @@ def _every_pattern(
             lambda k, done, size: bar.update(task, description=f"round {k}", completed=done, total=size),
             limits,
         )
-
-    def report() -> None:
-        if folder is not None:
-            put_patterns(folder, setting, rounds, found)
-            folder.publish()
-
     deliver(
         lambda: write_json(options.json, flight_words.patterns_document(setting, rounds, found)),
         lambda: _print_patterns(console, setting, rounds, found),
-        report,
+        lambda: publish(folder, lambda report: put_patterns(report, setting, rounds, found)),
     )
-    _print_folder(console, folder)
+    terminal.print_place(console, "Report", None if folder is None else folder.index)
     return _exit_code(found)
 
 

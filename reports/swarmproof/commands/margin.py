@@ -80,13 +80,8 @@ def run(options: argparse.Namespace) -> ExitCode:
         tell,
         lambda: margin_plot.plot_margin(shown, Path(options.plot)) if options.plot else None,
     )
-    _print_plot(console, options)
+    terminal.print_place(console, "Plot", options.plot)
     return _code(found) if extreme is None else _solved(extreme)
-
-
-def _print_plot(console: Console, options: argparse.Namespace) -> None:
-    if options.plot is not None:
-        console.print(f"Plot: {escape(options.plot)}", soft_wrap=True)
 
 
 def _reserve(options: argparse.Namespace) -> None:
@@ -240,9 +235,8 @@ def _sweep(options: argparse.Namespace, base: Parameters, reading: Reading, cons
             margin_plot.plot_sweep(results, [axis.name for axis in axes], Path(options.plot)) if options.plot else None
         ),
     )
-    _print_plot(console, options)
-    if options.results is not None:
-        console.print(f"Certificates: {escape(str(Path(options.results)))}", soft_wrap=True)
+    terminal.print_place(console, "Plot", options.plot)
+    terminal.print_place(console, "Certificates", options.results and Path(options.results))
     return _worst(_code(found) for found in results)
 
 

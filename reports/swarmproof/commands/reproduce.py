@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from contextlib import ExitStack
 from pathlib import Path
 
 from rich.console import Console
@@ -15,7 +14,7 @@ from rich.table import Table
 from swarmproof import streams, terminal
 from swarmproof.errors import BadInput
 from swarmproof.exit_codes import ExitCode
-from swarmproof.output import ReportFolder, deliver, reserve_file, write_json
+from swarmproof.output import ReportFolder, deliver, publish, reserve_file, reserve_report, write_json
 from swarmproof.report import flight_page, reproduce_words
 from swarmproof.report.reproduce_page import put_reproduction
 from swarmproof.reproduce.cell import Cell
@@ -51,12 +50,10 @@ def run(options: argparse.Namespace) -> ExitCode:
         if options.report is not None or options.json is not None:
             raise BadInput("--cell flies single cells again: it goes with neither --report nor --json")
         return _again(_find(experiment, options.cell), Store(Path(options.results)), console)
-    with ExitStack() as reserved:
-        folder: ReportFolder | None = None
-        if options.report is not None:
-            flight_page.check_available()
-            folder = reserved.enter_context(ReportFolder(Path(options.report)))
-        reserve_file(options.json)
+    if options.report is not None:
+        flight_page.check_available()
+    reserve_file(options.json)
+    with reserve_report(options.report) as folder:
         return _sweep(experiment, options, folder, console)
 
 
@@ -70,11 +67,6 @@ def _sweep(
     decided = {variant.name: decide_variant(experiment, variant, found) for variant in experiment.variants}
     chosen = decided[experiment.variants[0].name]
 
-    def report() -> None:
-        if folder is not None:
-            put_reproduction(folder, experiment, found, options.quick)
-            folder.publish()
-
     def tell() -> None:
         _print_claims(console, chosen)
         for line in reproduce_words.summary(experiment, options.quick, found, decided):
@@ -83,10 +75,9 @@ def _sweep(
     deliver(
         lambda: write_json(options.json, reproduce_words.document(experiment, options.quick, found, decided)),
         tell,
-        report,
+        lambda: publish(folder, lambda report: put_reproduction(report, experiment, found, options.quick)),
     )
-    if folder is not None:
-        console.print(escape(f"Report: {folder.index}"), soft_wrap=True)
+    terminal.print_place(console, "Report", None if folder is None else folder.index)
     return _code(chosen, complete)
 
 

@@ -5,11 +5,8 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Iterable
-from contextlib import ExitStack
-from pathlib import Path
 
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from swarmproof import streams, terminal
@@ -18,7 +15,7 @@ from swarmproof.errors import BadInput
 from swarmproof.exit_codes import ExitCode
 from swarmproof.explore.search import Limits
 from swarmproof.explore.search import Progress as SearchProgress
-from swarmproof.output import ReportFolder, deliver, reserve_file, write_json
+from swarmproof.output import deliver, publish, reserve_file, reserve_report, write_json
 from swarmproof.report.matrix import matrix_json, put_matrix
 from swarmproof.report.verdicts import as_json
 from swarmproof.report.verification import put_result, traces_of
@@ -51,8 +48,8 @@ def run(options: argparse.Namespace) -> ExitCode:
     semantics = Semantics.parse(options.semantics or "printed", options.set)
     scope = Scope(options.uavs or 2, options.cus or 2, semantics)
     claims = select_claims(options.claim)
-    with ExitStack() as reserved:
-        folder = _reserve(options, reserved)
+    reserve_file(options.json)
+    with reserve_report(options.report) as folder:
         with terminal.status("exploring") as status:
 
             def tell(progress: SearchProgress) -> None:
@@ -60,20 +57,14 @@ def run(options: argparse.Namespace) -> ExitCode:
 
             result = verify(scope, claims, limits, tell, status.update)
         traces = {} if folder is None else {claim: str(folder.path / name) for claim, name in traces_of(result).items()}
-
-        def report() -> None:
-            if folder is not None:
-                put_result(folder, result)
-                folder.publish()
-
         deliver(
             lambda: write_json(options.json, as_json(result, traces)),
             lambda: _print_result(console, result),
-            report,
+            lambda: publish(folder, lambda report: put_result(report, result)),
         )
-    if folder is not None:
-        console.print(f"Report: {escape(str(folder.index))}", soft_wrap=True)
-    elif any(decided.trace is not None and decided.verdict is Verdict.VIOLATED for decided in result.claims):
+    terminal.print_place(console, "Report", None if folder is None else folder.index)
+    shown = any(decided.trace is not None and decided.verdict is Verdict.VIOLATED for decided in result.claims)
+    if shown and folder is None:
         console.print("`--report DIR` writes a page and a replayable trace for each counterexample.")
     return _exit_code(result.claims)
 
@@ -83,12 +74,6 @@ def _progress_line(progress: SearchProgress) -> str:
         f"round {progress.depth}: {progress.states:,} states, frontier {progress.frontier:,}, "
         f"{progress.seconds:.0f} s (Ctrl-C stops and keeps what was found)"
     )
-
-
-def _reserve(options: argparse.Namespace, reserved: ExitStack) -> ReportFolder | None:
-    """Reserve what is to be written, and return the report's folder, if there is one."""
-    reserve_file(options.json)
-    return None if options.report is None else reserved.enter_context(ReportFolder(Path(options.report)))
 
 
 def _exit_code(claims: Iterable[Decided]) -> ExitCode:
@@ -147,8 +132,8 @@ def _run_matrix(options: argparse.Namespace, console: Console, limits: Limits) -
                 "such as --matrix --uavs 2 --semantics guarded"
             )
     rows = select_rows(load_matrix(), options.uavs, options.cus, options.semantics)
-    with ExitStack() as reserved:
-        folder = _reserve(options, reserved)
+    reserve_file(options.json)
+    with reserve_report(options.report) as folder:
         with terminal.bar("configurations") as bar:
             task = bar.add_task("", total=len(rows))
 
@@ -156,16 +141,10 @@ def _run_matrix(options: argparse.Namespace, console: Console, limits: Limits) -
                 bar.update(task, advance=1, description=row_result.row.name)
 
             results = run_matrix(rows, limits, os.cpu_count() or 1, tell, streams.say)
-
-        def report() -> None:
-            if folder is not None:
-                put_matrix(folder, results)
-                folder.publish()
-
         deliver(
             lambda: write_json(options.json, matrix_json(results)),
             lambda: _print_matrix(console, results),
-            report,
+            lambda: publish(folder, lambda report: put_matrix(report, results)),
         )
     changed = [one for one in results if one.changes]
     for one in changed:
@@ -176,8 +155,7 @@ def _run_matrix(options: argparse.Namespace, console: Console, limits: Limits) -
         f"{len(results)} of {len(rows)} configurations verified: {len(changed)} with a changed verdict, "
         f"{undecided} undecided."
     )
-    if folder is not None:
-        console.print(f"Report: {escape(str(folder.index))}", soft_wrap=True)
+    terminal.print_place(console, "Report", None if folder is None else folder.index)
     if changed:
         return ExitCode.VIOLATED
     return ExitCode.UNDECIDED if undecided else ExitCode.WELL

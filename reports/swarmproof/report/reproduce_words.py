@@ -34,9 +34,10 @@ def before(
     known = f"{len(there):,} are there, {len(missing):,} missing" if there else "none of which is there"
     each = "1 process" if processes == 1 else f"{processes} processes"
     yield f"{everything}, {known}: about {duration(left)} with {each}."
-    if outdated := store.outdated(missing):
+    outdated, wrong = store.uncounted(missing)
+    if outdated:
         yield f"{outdated:,} of them were flown by other code or versions of libraries: they are flown again."
-    if wrong := store.wrong(missing):
+    if wrong:
         yield f"{len(wrong):,} stored results are not believed and flown again; the first is {wrong[0]}."
 
 

@@ -46,7 +46,7 @@ def read_bytes(path: str | os.PathLike[str], what: str, most_bytes: int, right: 
         content = _read(place, most_bytes)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
-        raise BadInput(f"cannot read the {what} {place!s}: {reason}; {right}") from None
+        raise BadInput(f"cannot read the {what} {place}: {reason}; {right}") from None
     if content is None:
         raise BadInput(f"{place} is too long for a {what}: {most_bytes} bytes are the most")
     return content.removeprefix(_BOM)

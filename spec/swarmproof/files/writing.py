@@ -33,8 +33,7 @@ def write(path: Path, content: str | bytes) -> None:
     Raises:
         Failed: it cannot be written, such as on a full disk; the old file is left as it was.
     """
-    # a name that is no UTF-8 becomes an escape, which JSON reads as the same name
-    data = content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
+    data = as_bytes(content)
     try:
         if is_replaced(path):
             _replace(Path(os.path.realpath(path)), data)
@@ -44,9 +43,14 @@ def write(path: Path, content: str | bytes) -> None:
         raise Failed(f"{path} cannot be written: {error.strerror or error}") from None
 
 
+def as_bytes(content: str | bytes) -> bytes:
+    """Return text as UTF-8; a name in it that is no UTF-8 becomes an escape, which JSON reads as the same name."""
+    return content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
+
+
 def is_replaced(path: Path) -> bool:
     """Return whether writing replaces this file: not if it is a device, a pipe, or an open file by its number."""
-    if str(path.absolute() if path.is_absolute() else path).startswith(_NOT_REPLACED):
+    if os.fspath(path).startswith(_NOT_REPLACED):
         return False
     return not path.exists() or path.is_file()
 
