@@ -150,6 +150,21 @@ def test_words_do_not_change_it(name: str, edit: Callable[[Path, str, str], str]
     assert edit(*WORDS[name]) == ours()
 
 
+def test_where_ours_is_found_does_not_count(tmp_path: Path) -> None:
+    """A module is the same if what it imports of ours has moved; not if it imports something else by that name."""
+    path = tmp_path / "one.py"
+
+    def rules(text: str) -> str:
+        path.write_text(f"{text}\nlook()\n", encoding="utf-8")
+        return module._rules(path)
+
+    here = rules("import numpy\nfrom swarmproof.planning.outlook import look")
+    assert rules("import numpy\nfrom swarmproof.elsewhere.far import look") == here
+    assert rules("import numpy\nfrom swarmproof.planning.outlook import Outlook as look") != here
+    assert rules("import numpy as np\nfrom swarmproof.planning.outlook import look") != here
+    assert rules("import numpy\nfrom scipy import look") != here
+
+
 def test_text_that_is_no_docstring_counts(edit: Callable[[Path, str, str], str]) -> None:
     """A string that is not the first statement may be a rule."""
     path = path_of(choices)

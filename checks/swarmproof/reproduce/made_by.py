@@ -20,14 +20,14 @@ def made_by() -> dict[str, str]:
     """Return what identifies the code that flies and measures a cell: a digest of ours, and versions of others'.
 
     The digest is over all modules that :mod:`swarmproof.reproduce.measure` needs, without comments and docstrings, and
-    over the scenarios that ship.
+    over the scenarios that ship. What our modules are called, and where they are, does not count.
     """
     digest = hashlib.sha256()
-    for name, path in sorted(modules().items()):
-        digest.update(f"{name}\n{_rules(path)}\n".encode())
-        if name == "swarmproof.scenario.scenario":
-            for scenario in sorted(path.parent.glob("*.toml")):
-                digest.update(scenario.read_bytes())
+    paths = modules().values()
+    for rules in sorted(_rules(path) for path in paths):
+        digest.update(f"{rules}\n".encode())
+    for scenario in sorted((one for path in paths for one in path.parent.glob("*.toml")), key=lambda one: one.name):
+        digest.update(scenario.read_bytes())
     return {
         "swarmproof": digest.hexdigest()[:16],
         "python": platform.python_version(),
@@ -65,9 +65,27 @@ def _imported(path: Path) -> Iterator[str]:
 
 
 def _rules(path: Path) -> str:
-    """Return what a module does, whatever it says about it."""
+    """Return what a module does, whatever it says about it, and wherever what it needs of ours is found."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
+    imported: list[str] = []
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node) is not None:
             node.body = node.body[1:]
-    return ast.dump(tree)
+        for field in ("body", "orelse", "finalbody"):
+            lines = getattr(node, field, None)
+            if isinstance(lines, list):
+                imported += [name for line in lines if _is_of_ours(line) for name in _names(line)]
+                setattr(node, field, [line for line in lines if not _is_of_ours(line)])
+    return f"{sorted(imported)} {ast.dump(tree)}"
+
+
+def _is_of_ours(line: ast.stmt) -> bool:
+    return isinstance(line, ast.ImportFrom) and (line.module or "").split(".")[0] == "swarmproof"
+
+
+def _names(line: ast.stmt) -> Iterator[str]:
+    """Yield what is imported, as it is called here; of a module, its text is looked at, and not its name."""
+    assert isinstance(line, ast.ImportFrom)
+    for alias in line.names:
+        if _module(f"{line.module}.{alias.name}") is None:
+            yield f"{alias.name} as {alias.asname or alias.name}"
