@@ -42,7 +42,7 @@ experiments: $(VENV)/.installed
 
 # how long plans and flights take, against other solvers and forms of the problem; one core
 bench: $(VENV)/.installed
-	$(BIN)/python -m swarmproof.bench.planner $(ARGS)
+	$(BIN)/python -m tests.bench.planner $(ARGS)
 
 # exhaustive cross-checks of the engine against brute force; minutes
 deep: $(VENV)/.installed
@@ -75,8 +75,8 @@ wheel: $(VENV)/.installed
 
 # record the matrix anew; read the difference before you commit it
 record: $(VENV)/.installed
-	$(BIN)/python -m swarmproof.verify.record > out-matrix.toml
-	mv out-matrix.toml checks/swarmproof/verify/matrix.toml
+	$(BIN)/python -m swarmproof.dmpc_swarm.record > out-matrix.toml
+	mv out-matrix.toml checks/swarmproof/dmpc_swarm/matrix.toml
 
 # a Python without ensurepip gets its environment from virtualenv
 $(VENV)/bin/python:

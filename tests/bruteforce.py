@@ -7,16 +7,16 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 
-from swarmproof.adapters.mlr import observe
-from swarmproof.claims.observed import ObservedSwarm
+from swarmproof.dmpc_swarm.claims.observed import ObservedSwarm
+from swarmproof.dmpc_swarm.observe import observe
+from swarmproof.dmpc_swarm.protocol import algorithm1
+from swarmproof.dmpc_swarm.protocol.messages import Trajectory
+from swarmproof.dmpc_swarm.protocol.network import Reception, cu_receptions, uav_receptions
+from swarmproof.dmpc_swarm.protocol.swarm import Events, Swarm, all_decisions, compute, initial_swarm, step
+from swarmproof.dmpc_swarm.protocol.uav import adopt, offers
+from swarmproof.dmpc_swarm.rounds import PARENT_BITS, Rounds
+from swarmproof.dmpc_swarm.semantics import PRESETS, SWITCHES, Semantics
 from swarmproof.errors import BadInput
-from swarmproof.explore.rounds import PARENT_BITS, Rounds
-from swarmproof.mlr import algorithm1
-from swarmproof.mlr.messages import Trajectory
-from swarmproof.mlr.network import Reception, cu_receptions, uav_receptions
-from swarmproof.mlr.swarm import Events, Swarm, all_decisions, compute, initial_swarm, step
-from swarmproof.mlr.uav import adopt, offers
-from swarmproof.semantics.switches import PRESETS, SWITCHES, Semantics
 
 
 def single_switch_semantics() -> list[Semantics]:

@@ -9,19 +9,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from swarmproof.adapters.mlr import observe
-from swarmproof.claims.registry import CLAIMS
-from swarmproof.explore import identities
-from swarmproof.explore import rounds as rounds_module
-from swarmproof.explore.identities import Abstraction, canonical_swarm, forget
-from swarmproof.explore.rounds import PARENT_BITS, Rounds
+from swarmproof.dmpc_swarm import rounds as rounds_module
+from swarmproof.dmpc_swarm import symmetry as identities
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS
+from swarmproof.dmpc_swarm.observe import observe
+from swarmproof.dmpc_swarm.protocol.algorithm1 import ComputeUnit, CuState
+from swarmproof.dmpc_swarm.protocol.algorithm2 import InformationTracker
+from swarmproof.dmpc_swarm.protocol.messages import Metadata, Trajectory
+from swarmproof.dmpc_swarm.protocol.swarm import Swarm
+from swarmproof.dmpc_swarm.protocol.uav import Uav
+from swarmproof.dmpc_swarm.rounds import PARENT_BITS, Rounds
+from swarmproof.dmpc_swarm.semantics import PRESETS, Semantics
+from swarmproof.dmpc_swarm.symmetry import Abstraction, canonical_swarm, forget
 from swarmproof.explore.search import Exploration, Limits, explore
-from swarmproof.mlr.algorithm1 import ComputeUnit, CuState
-from swarmproof.mlr.algorithm2 import InformationTracker
-from swarmproof.mlr.messages import Metadata, Trajectory
-from swarmproof.mlr.swarm import Swarm
-from swarmproof.mlr.uav import Uav
-from swarmproof.semantics.switches import PRESETS, Semantics
 
 ESSENTIAL, COUNTED, NOTHING = Abstraction.ESSENTIAL, Abstraction.COUNTED, Abstraction.NOTHING
 

@@ -15,19 +15,20 @@ import numpy as np
 import pytest
 from tests.flight.settings import setting
 
-from swarmproof.assess import adversary, refly
-from swarmproof.assess.adversary import LENGTHS, MOST_DRAWN, Worst, parse_budget, search
-from swarmproof.assess.between import closest
-from swarmproof.assess.observing import reference_pieces
-from swarmproof.assess.refly import DEAF, Flights, Flown, Loss, Pattern, before, places
-from swarmproof.assess.run import Setting, fly
-from swarmproof.channel.losses import Recorded
+from swarmproof.dmpc_swarm.flight import adversary
+from swarmproof.dmpc_swarm.flight import incremental as refly
+from swarmproof.dmpc_swarm.flight.adversary import LENGTHS, MOST_DRAWN, Worst, parse_budget, search
+from swarmproof.dmpc_swarm.flight.incremental import DEAF, Flights, Flown, Loss, Pattern, before, places
+from swarmproof.dmpc_swarm.flight.observing import reference_pieces
+from swarmproof.dmpc_swarm.flight.run import Setting, fly
+from swarmproof.dmpc_swarm.flight.state import FlightState
+from swarmproof.dmpc_swarm.planner.planner import Planned, Planner
+from swarmproof.dmpc_swarm.planner.problem import Task
 from swarmproof.errors import BadInput
 from swarmproof.explore.search import Limits
-from swarmproof.flight.state import FlightState
+from swarmproof.faults.losses import Recorded
+from swarmproof.monitor.bernstein import closest
 from swarmproof.motion.lattice import Floats, Lattice
-from swarmproof.planning.planner import Planned, Planner
-from swarmproof.planning.problem import Task
 
 #: What counts as a crash, and the distance that plans keep at samples (m).
 CRASH, KEPT = 0.12, 0.25

@@ -5,11 +5,10 @@ from __future__ import annotations
 import pytest
 from tests.bruteforce import all_events
 
-from swarmproof.errors import BadInput
-from swarmproof.mlr import algorithm1
-from swarmproof.mlr.algorithm1 import ComputeUnit, CuState, Decision, Inbox
-from swarmproof.mlr.algorithm2 import InformationTracker
-from swarmproof.mlr.messages import (
+from swarmproof.dmpc_swarm.protocol import algorithm1
+from swarmproof.dmpc_swarm.protocol.algorithm1 import ComputeUnit, CuState, Decision, Inbox
+from swarmproof.dmpc_swarm.protocol.algorithm2 import InformationTracker
+from swarmproof.dmpc_swarm.protocol.messages import (
     HOVERING,
     CuMessage,
     EmptyMessage,
@@ -19,8 +18,9 @@ from swarmproof.mlr.messages import (
     TrajectoryRequestMessage,
     UavMessage,
 )
-from swarmproof.mlr.swarm import all_decisions, compute, forbidden, initial_swarm, step
-from swarmproof.semantics.switches import Semantics
+from swarmproof.dmpc_swarm.protocol.swarm import all_decisions, compute, forbidden, initial_swarm, step
+from swarmproof.dmpc_swarm.semantics import Semantics
+from swarmproof.errors import BadInput
 
 PRINTED, PROSE, GUARDED = (Semantics.parse(preset) for preset in ("printed", "prose", "guarded"))
 KNOWN = Semantics.parse("prose", ["initial=known"])

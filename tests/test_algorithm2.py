@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from swarmproof.mlr.algorithm2 import InformationTracker, update_information_trackers
-from swarmproof.mlr.messages import (
+from swarmproof.dmpc_swarm.protocol.algorithm2 import InformationTracker, update_information_trackers
+from swarmproof.dmpc_swarm.protocol.messages import (
     HOVERING,
     CuMessage,
     EmptyMessage,
@@ -15,7 +15,7 @@ from swarmproof.mlr.messages import (
     TrajectoryRequestMessage,
     UavMessage,
 )
-from swarmproof.semantics.switches import Semantics
+from swarmproof.dmpc_swarm.semantics import Semantics
 
 PRINTED = Semantics.parse("printed")
 PROSE = Semantics.parse("prose")

@@ -12,19 +12,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rich.console import Console
+from tests.bench import planner as benchmark
+from tests.bench.contest import OURS, SOLVERS, Calls, Parts, contenders, parts, race
+from tests.bench.flights import Timed
+from tests.bench.planner import SCHEMA, Figures, Size, circle, document, main, measure, show
+from tests.bench.recording import record
+from tests.bench.situation import Axis, Situation
 
-from swarmproof.bench import planner as benchmark
-from swarmproof.bench.contest import OURS, SOLVERS, Calls, Parts, contenders, parts, race
-from swarmproof.bench.flights import Timed
-from swarmproof.bench.planner import SCHEMA, Figures, Size, circle, document, main, measure, show
-from swarmproof.bench.recording import record
-from swarmproof.bench.situation import Axis, Situation
-from swarmproof.channel.grammar import parse
-from swarmproof.flight.fly import Plans
+from swarmproof.dmpc_swarm.flight.fly import Plans
+from swarmproof.dmpc_swarm.planner.planner import Planned, Planner
+from swarmproof.dmpc_swarm.planner.problem import Task
+from swarmproof.faults.grammar import parse
 from swarmproof.motion.lattice import Lattice
-from swarmproof.planning.planner import Planned, Planner
-from swarmproof.planning.problem import Task
-from swarmproof.planning.solvers import GAP, Answer, QuadraticProgram, Status, solve_with_piqp
+from swarmproof.qp.solvers import GAP, Answer, QuadraticProgram, Status, solve_with_piqp
 
 SETTING = circle(["uavs=7"], cus=2)
 LATTICE = Lattice.of(SETTING.scenario.parameters, SETTING.scenario.horizon)
@@ -168,7 +168,7 @@ def test_the_parts_are_those_of_our_calls(tasks: list[Task]) -> None:
 def test_a_solver_that_is_not_installed_is_left_out_and_named(monkeypatch: pytest.MonkeyPatch) -> None:
     """The others are measured all the same, and the figures and the terminal say what is missing."""
     monkeypatch.setitem(sys.modules, "quadprog", None)
-    monkeypatch.delitem(sys.modules, "swarmproof.bench.solvers.quadprog", raising=False)
+    monkeypatch.delitem(sys.modules, "tests.bench.solvers.quadprog", raising=False)
     figures = measure(SETTING, Size(40, 2, 1), ("quadprog", "piqp_sparse"))
     assert figures.skipped == {"quadprog": "quadprog is not installed"}
     found = document(figures)

@@ -12,9 +12,9 @@ import pytest
 from hypothesis import HealthCheck, Phase, find, given, settings
 from hypothesis import strategies as st
 
-from swarmproof.assess import between
-from swarmproof.assess.between import Closest, Floats, at_least, closest, cubics, lowest_per_step
 from swarmproof.errors import BadInput
+from swarmproof.monitor import bernstein as between
+from swarmproof.monitor.bernstein import Closest, Floats, at_least, closest, cubics, lowest_per_step
 
 SETTINGS = settings(
     max_examples=150,

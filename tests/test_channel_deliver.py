@@ -9,12 +9,10 @@ import numpy as np
 import pytest
 from tests.test_channel_losses import arrays
 
-from swarmproof.channel.deliver import deliver
-from swarmproof.channel.grammar import parse
-from swarmproof.channel.losses import Jam, Losses, LossModel, nothing_lost
-from swarmproof.mlr import algorithm1
-from swarmproof.mlr.algorithm1 import CuState
-from swarmproof.mlr.messages import (
+from swarmproof.dmpc_swarm.protocol import algorithm1
+from swarmproof.dmpc_swarm.protocol.algorithm1 import CuState
+from swarmproof.dmpc_swarm.protocol.deliver import deliver
+from swarmproof.dmpc_swarm.protocol.messages import (
     CuMessage,
     EmptyMessage,
     Metadata,
@@ -23,10 +21,12 @@ from swarmproof.mlr.messages import (
     TrajectoryRequestMessage,
     UavMessage,
 )
-from swarmproof.mlr.network import Air, Reception, Slot, receive_at_cu, receive_at_uav
-from swarmproof.mlr.swarm import Events, Swarm, compute, initial_swarm, step
-from swarmproof.mlr.uav import offers
-from swarmproof.semantics.switches import Semantics
+from swarmproof.dmpc_swarm.protocol.network import Air, Reception, Slot, receive_at_cu, receive_at_uav
+from swarmproof.dmpc_swarm.protocol.swarm import Events, Swarm, compute, initial_swarm, step
+from swarmproof.dmpc_swarm.protocol.uav import offers
+from swarmproof.dmpc_swarm.semantics import Semantics
+from swarmproof.faults.grammar import parse
+from swarmproof.faults.losses import Jam, Losses, LossModel, nothing_lost
 
 Delivered = tuple[tuple[Reception, ...], tuple[Reception, ...]]
 SEMANTICS = [Semantics.parse("guarded", [f"slot_conflict={value}"]) for value in ("either", "both-lost", "cu-wins")]

@@ -14,17 +14,24 @@ import numpy as np
 import pytest
 from tests.test_channel_losses import arrays, same
 
-from swarmproof.channel import combine, grammar
-from swarmproof.channel.combine import Links, Sum, Windowed
-from swarmproof.channel.deliver import deliver
-from swarmproof.channel.forms import COMBINED, FORMS
-from swarmproof.channel.grammar import parse
-from swarmproof.channel.losses import FOREVER, Burst, Iid, Jam, Losses, LossModel, TermModel
-from swarmproof.channel.pattern import BySender
+from swarmproof.dmpc_swarm.protocol.deliver import deliver
+from swarmproof.dmpc_swarm.protocol.messages import (
+    CuMessage,
+    EmptyMessage,
+    Metadata,
+    Trajectory,
+    TrajectoryMessage,
+    UavMessage,
+)
+from swarmproof.dmpc_swarm.protocol.network import Air, Reception, Slot
+from swarmproof.dmpc_swarm.semantics import Semantics
 from swarmproof.errors import BadInput
-from swarmproof.mlr.messages import CuMessage, EmptyMessage, Metadata, Trajectory, TrajectoryMessage, UavMessage
-from swarmproof.mlr.network import Air, Reception, Slot
-from swarmproof.semantics.switches import Semantics
+from swarmproof.faults import combine, grammar
+from swarmproof.faults.combine import Links, Sum, Windowed
+from swarmproof.faults.forms import COMBINED, FORMS
+from swarmproof.faults.grammar import parse
+from swarmproof.faults.losses import FOREVER, Burst, Iid, Jam, Losses, LossModel, TermModel
+from swarmproof.faults.pattern import BySender
 
 N, M, SEED, ROUNDS = 4, 3, 7, 14
 RULES = [Semantics.parse("guarded", [f"slot_conflict={value}"]) for value in ("either", "both-lost", "cu-wins")]

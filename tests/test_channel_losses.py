@@ -11,11 +11,11 @@ from math import log, sqrt
 import numpy as np
 import pytest
 
-from swarmproof.channel.forms import FORMS
-from swarmproof.channel.grammar import parse
-from swarmproof.channel.losses import Burst, Iid, Jam, Losses, LossModel, Recorded, nothing_lost
-from swarmproof.channel.pattern import Pairs
 from swarmproof.errors import BadInput
+from swarmproof.faults.forms import FORMS
+from swarmproof.faults.grammar import parse
+from swarmproof.faults.losses import Burst, Iid, Jam, Losses, LossModel, Recorded, nothing_lost
+from swarmproof.faults.pattern import Pairs
 
 N, M = 16, 3
 DRAWN = pytest.mark.parametrize("spec", ["iid:0.1", "iid:1/3", "burst:0.05,0.4"])

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from tests.test_channel_losses import arrays, same
 
-from swarmproof.channel import script
-from swarmproof.channel.grammar import parse
-from swarmproof.channel.losses import Losses, nothing_lost
-from swarmproof.channel.script import read_script, write_script
 from swarmproof.errors import BadInput, Failed
+from swarmproof.faults import script
+from swarmproof.faults.grammar import parse
+from swarmproof.faults.losses import Losses, nothing_lost
+from swarmproof.faults.script import read_script, write_script
 
 GOOD: dict[str, Any] = {
     "schema": "swarmproof.losses/1",

@@ -7,15 +7,15 @@ from dataclasses import replace
 
 import pytest
 
-from swarmproof.adapters.mlr import observe
-from swarmproof.claims import predicates
-from swarmproof.claims.observed import ObservedCu, ObservedSwarm, ObservedTracker, ObservedUav
-from swarmproof.claims.predicates import Broken
-from swarmproof.claims.registry import CLAIMS, Claim, Kind, select_claims
-from swarmproof.claims.witnesses import WITNESSES, Witness
+from swarmproof.dmpc_swarm.claims import predicates
+from swarmproof.dmpc_swarm.claims.observed import ObservedCu, ObservedSwarm, ObservedTracker, ObservedUav
+from swarmproof.dmpc_swarm.claims.predicates import Broken
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, Claim, Kind, select_claims
+from swarmproof.dmpc_swarm.claims.witnesses import WITNESSES, Witness
+from swarmproof.dmpc_swarm.observe import observe
+from swarmproof.dmpc_swarm.protocol.swarm import initial_swarm
+from swarmproof.dmpc_swarm.semantics import PRESETS, Semantics
 from swarmproof.errors import BadInput
-from swarmproof.mlr.swarm import initial_swarm
-from swarmproof.semantics.switches import PRESETS, Semantics
 
 OLD, NEW = "old", "new"
 

@@ -9,11 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from swarmproof.claims.experiments import EXPERIMENT_CLAIMS
 from swarmproof.cli import main
 from swarmproof.commands import verify as verify_command
-from swarmproof.explore import search
-from swarmproof.verify import decide
+from swarmproof.dmpc_swarm.claims.experiments import EXPERIMENT_CLAIMS
+from swarmproof.explore import decide, search
 
 HOLDS = ["verify", "--semantics", "guarded", "--uavs", "2", "--cus", "1"]
 VIOLATED = ["verify", "--semantics", "ignore-loss"]

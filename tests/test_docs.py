@@ -10,9 +10,9 @@ import pytest
 from tests.verdict_table import render
 
 from swarmproof.cli import main
+from swarmproof.dmpc_swarm.semantics import PRESETS, SWITCHES
 from swarmproof.exit_codes import ExitCode
 from swarmproof.options.parser import COMMANDS, parser
-from swarmproof.semantics.switches import PRESETS, SWITCHES
 
 ROOT = Path(__file__).parent.parent
 DOCUMENTS = [ROOT / name for name in ("README.md", "ARCHITECTURE.md", "CHANGELOG.md")] + sorted(ROOT.glob("docs/*.md"))

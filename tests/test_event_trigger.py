@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarmproof.mlr import algorithm1
-from swarmproof.mlr.algorithm1 import ComputeUnit, CuState, Inbox
-from swarmproof.mlr.algorithm2 import InformationTracker
-from swarmproof.mlr.event_trigger import calc_priorities, prio_consensus, select_uav, top_priorities
-from swarmproof.mlr.messages import (
+from swarmproof.dmpc_swarm.protocol import algorithm1
+from swarmproof.dmpc_swarm.protocol.algorithm1 import ComputeUnit, CuState, Inbox
+from swarmproof.dmpc_swarm.protocol.algorithm2 import InformationTracker
+from swarmproof.dmpc_swarm.protocol.event_trigger import calc_priorities, prio_consensus, select_uav, top_priorities
+from swarmproof.dmpc_swarm.protocol.messages import (
     HOVERING,
     CuMessage,
     EmptyMessage,
@@ -19,7 +19,7 @@ from swarmproof.mlr.messages import (
     TrajectoryMessage,
     TrajectoryRequestMessage,
 )
-from swarmproof.semantics.switches import Semantics
+from swarmproof.dmpc_swarm.semantics import Semantics
 
 ROUND_ROBIN = Semantics.parse("prose", ["event_trigger=round-robin", "initial=known"])
 

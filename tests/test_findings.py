@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from swarmproof.claims.proofs.registry import PROOF_CLAIMS, select_proof_claims
+from swarmproof.claims.proof import ProofVerdict
 from swarmproof.cli import main
-from swarmproof.statements.claim import ProofVerdict
+from swarmproof.dmpc_swarm.proofs.registry import PROOF_CLAIMS, select_proof_claims
 
 #: The command of each finding, with what it prints of the claim that the finding is about, and its exit code.
 SHOWN = {

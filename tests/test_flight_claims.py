@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from swarmproof.claims.flight import (
+from swarmproof.dmpc_swarm.claims.flight import (
     FLIGHT_CLAIMS,
     Approach,
     Dip,
@@ -20,8 +20,8 @@ from swarmproof.claims.flight import (
     ObservedRound,
     PlannedBy,
 )
-from swarmproof.claims.predicates import Broken
-from swarmproof.claims.registry import CLAIMS
+from swarmproof.dmpc_swarm.claims.predicates import Broken
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS
 
 F = Fraction
 D_HAT = F(1, 4)

@@ -16,22 +16,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from swarmproof.assess.judge import FlightVerdict, Flown, Judged
-from swarmproof.assess.log import Log, Logged, Outcome, moved
-from swarmproof.assess.run import Setting, fly
-from swarmproof.channel.grammar import parse
-from swarmproof.claims.flight import FLIGHT_CLAIMS
+from swarmproof.dmpc_swarm.claims.flight import FLIGHT_CLAIMS
+from swarmproof.dmpc_swarm.flight.judge import FlightVerdict, Flown, Judged
+from swarmproof.dmpc_swarm.flight.log import Log, Logged, Outcome, moved
+from swarmproof.dmpc_swarm.flight.run import Setting, fly
+from swarmproof.dmpc_swarm.planner.planner import Planned
+from swarmproof.dmpc_swarm.planner.problem import Task
+from swarmproof.dmpc_swarm.protocol.algorithm1 import CuState
+from swarmproof.dmpc_swarm.semantics import Semantics
+from swarmproof.dmpc_swarm.trigger import Trigger
 from swarmproof.errors import BadInput, Failed
-from swarmproof.mlr.algorithm1 import CuState
+from swarmproof.faults.grammar import parse
 from swarmproof.output import LISTED, ReportFolder
-from swarmproof.planning.planner import Planned
-from swarmproof.planning.problem import Task
-from swarmproof.planning.solvers import Status
-from swarmproof.report.flight_page import check_available, flight_page, inlined, put_flight
-from swarmproof.report.flight_paths import PART, WHOLE, in_view, shown_rounds
-from swarmproof.report.flight_plots import Picture, first_violations
-from swarmproof.report.flight_separation import down_text, is_enlarged
-from swarmproof.report.flight_series import (
+from swarmproof.pages.flight.page import check_available, flight_page, inlined, put_flight
+from swarmproof.pages.flight.paths import PART, WHOLE, in_view, shown_rounds
+from swarmproof.pages.flight.plots import Picture, first_violations
+from swarmproof.pages.flight.separation import down_text, is_enlarged
+from swarmproof.pages.flight.series import (
     Band,
     Bins,
     distances_to_targets,
@@ -42,10 +43,9 @@ from swarmproof.report.flight_series import (
     states_of_cus,
     target_changes,
 )
-from swarmproof.report.flight_timeline import MOST_MARKS
+from swarmproof.pages.flight.timeline import MOST_MARKS
+from swarmproof.qp.solvers import Status
 from swarmproof.scenario.scenario import load
-from swarmproof.semantics.switches import Semantics
-from swarmproof.semantics.trigger import Trigger
 
 SVG = "{http://www.w3.org/2000/svg}"
 #: A flight: setting, losses, verdicts, log.
@@ -470,7 +470,7 @@ def test_without_matplotlib_it_says_what_to_install(monkeypatch: pytest.MonkeyPa
 
 def test_importing_the_page_does_not_import_matplotlib() -> None:
     """Flights without a report neither need matplotlib nor wait for it."""
-    code = "import sys, swarmproof.report.flight_page; sys.exit('matplotlib' in sys.modules)"
+    code = "import sys, swarmproof.pages.flight.page; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 

@@ -13,19 +13,19 @@ from typing import Any
 
 import pytest
 
-from swarmproof.assess.exhaustive import Exhaustive, explore_flights
-from swarmproof.assess.judge import Judge
-from swarmproof.assess.run import Setting
-from swarmproof.channel.forms import COMBINED
-from swarmproof.channel.losses import LossModel
-from swarmproof.channel.pattern import Losses, nothing_lost
-from swarmproof.claims.flight import FLIGHT_CLAIMS
-from swarmproof.claims.registry import CLAIMS, Kind
 from swarmproof.cli import main
 from swarmproof.commands import fly as command
+from swarmproof.dmpc_swarm.claims.flight import FLIGHT_CLAIMS
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, Kind
+from swarmproof.dmpc_swarm.flight.exhaustive import Exhaustive, explore_flights
+from swarmproof.dmpc_swarm.flight.judge import Judge
+from swarmproof.dmpc_swarm.flight.run import Setting
 from swarmproof.exit_codes import ExitCode
 from swarmproof.explore.search import Limits
-from swarmproof.report.verdicts import ClaimJson
+from swarmproof.faults.forms import COMBINED
+from swarmproof.faults.losses import LossModel
+from swarmproof.faults.pattern import Losses, nothing_lost
+from swarmproof.formats.verdicts import ClaimJson
 
 Json = dict[str, Any]
 

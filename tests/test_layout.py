@@ -29,10 +29,21 @@ def _tests(repository: Path) -> list[Path]:
     return sorted((repository / "tests").rglob("*.py"))
 
 
-def _subpackages(repository: Path, folder: str) -> set[str]:
-    """Return the names under `swarmproof.` that this folder provides."""
-    root = repository / folder / NAMESPACE
-    return {path.relative_to(root).parts[0].removesuffix(".py") for path in root.rglob("*.py")}
+def _names(repository: Path, folder: str) -> set[str]:
+    """Return the dotted names of this folder's modules."""
+    root = repository / folder
+    return {".".join(path.relative_to(root).with_suffix("").parts) for path in (root / NAMESPACE).rglob("*.py")}
+
+
+def _homes(repository: Path) -> dict[str, set[str]]:
+    """Return, for every module and every package of ours, the folders in which it is."""
+    homes: dict[str, set[str]] = {}
+    for folder in MAY_IMPORT:
+        for name in _names(repository, folder):
+            parts = name.split(".")
+            for length in range(1, len(parts) + 1):
+                homes.setdefault(".".join(parts[:length]), set()).add(folder)
+    return homes
 
 
 def _imports(source: str, package: tuple[str, ...]) -> Iterator[str]:
@@ -52,17 +63,37 @@ def _imports_of(repository: Path, folder: str, path: Path) -> Iterator[str]:
 
 def wrong_imports(repository: Path) -> list[str]:
     """Return the imports between the folders that are not allowed, as ``module imports what (which is in folder)``."""
-    home = {name: folder for folder in MAY_IMPORT for name in _subpackages(repository, folder)}
+    homes = _homes(repository)
     wrong = []
     for folder, allowed in MAY_IMPORT.items():
         for path in _modules(repository, folder):
             for imported in _imports_of(repository, folder, path):
                 if imported.split(".")[0] != NAMESPACE:
                     continue
-                where = home.get(imported.split(".")[1]) if "." in imported else None
-                if where not in allowed:
-                    wrong.append(f"{path.relative_to(repository)} imports {imported} ({where or 'which is nowhere'})")
+                parent = imported.rpartition(".")[0]
+                where = homes.get(imported) or (homes.get(parent) if parent != NAMESPACE else None) or {"nowhere"}
+                if not where & allowed:
+                    wrong.append(f"{path.relative_to(repository)} imports {imported} ({', '.join(sorted(where))})")
     return wrong
+
+
+def papers(repository: Path) -> set[str]:
+    """Return the packages that are systems under test: those with a module `system` in `checks`."""
+    return {path.parent.name for path in (repository / "checks" / NAMESPACE).glob("*/system.py")}
+
+
+def paper_imports(repository: Path) -> dict[str, list[str]]:
+    """Return, by module outside of a paper's package, what it imports of a paper; a paper may import only itself."""
+    found: dict[str, list[str]] = {}
+    for folder in MAY_IMPORT:
+        for path in _modules(repository, folder):
+            relative = path.relative_to(repository / folder / NAMESPACE)
+            for imported in _imports_of(repository, folder, path):
+                parts = imported.split(".")
+                paper = parts[1] if len(parts) > 1 and parts[0] == NAMESPACE else ""
+                if paper in papers(repository) and paper != relative.parts[0]:
+                    found.setdefault(f"{folder}/{relative.as_posix()}", []).append(imported)
+    return found
 
 
 def foreign_imports(repository: Path, folder: str) -> list[str]:
@@ -100,11 +131,13 @@ def undocumented_tests(path: Path) -> list[str]:
 def small_tree(tmp_path: Path) -> Path:
     """Return a tree like ours in which every import is allowed."""
     sources = {
-        "spec/swarmproof/claims/registry.py": "import dataclasses\n",
-        "model/swarmproof/mlr/swarm.py": "from swarmproof.claims.registry import Claim\n",
-        "checks/swarmproof/explore/search.py": "import swarmproof.mlr.swarm\nfrom .steps import follow\n",
-        "checks/swarmproof/explore/steps.py": "def f():\n    from swarmproof.claims import registry\n",
-        "reports/swarmproof/cli.py": "import numpy\nfrom swarmproof.explore import search\n",
+        "spec/swarmproof/claims/claim.py": "import dataclasses\n",
+        "spec/swarmproof/paper/claims.py": "from swarmproof.claims.claim import Claim\n",
+        "model/swarmproof/paper/protocol.py": "from swarmproof.paper.claims import Claim\n",
+        "checks/swarmproof/paper/system.py": "from swarmproof.paper import protocol\nimport swarmproof.explore\n",
+        "checks/swarmproof/explore/search.py": "from .steps import follow\n",
+        "checks/swarmproof/explore/steps.py": "def f():\n    from swarmproof.claims import claim\n",
+        "reports/swarmproof/cli.py": "import numpy\nimport swarmproof.explore\n",
     }
     for name, source in sources.items():
         path = tmp_path / name
@@ -130,10 +163,12 @@ def test_imports_go_one_way() -> None:
     assert wrong_imports(REPOSITORY) == []
 
 
-def test_no_name_is_in_two_folders() -> None:
-    """Each `swarmproof.<name>` is in one folder only, so that a reader knows where it is."""
-    names = [name for folder in MAY_IMPORT for name in _subpackages(REPOSITORY, folder)]
+def test_no_module_is_in_two_folders() -> None:
+    """Each module is in one folder only, and no package has its name, so that a reader knows where it is."""
+    names = [name for folder in MAY_IMPORT for name in _names(REPOSITORY, folder)]
     assert sorted(names) == sorted(set(names))
+    packages = {name.rpartition(".")[0] for name in names}
+    assert packages & set(names) == set()
 
 
 def test_the_specification_needs_only_the_standard_library() -> None:
@@ -168,12 +203,12 @@ def test_allowed_imports_are_allowed(small_tree: Path) -> None:
 @pytest.mark.parametrize(
     ("planted_in", "source"),
     [
-        ("spec/swarmproof/claims/planted.py", "from swarmproof.mlr.swarm import Swarm\n"),
-        ("spec/swarmproof/claims/planted.py", "from swarmproof import mlr\n"),
-        ("spec/swarmproof/claims/planted.py", "from ..mlr import swarm\n"),
+        ("spec/swarmproof/claims/planted.py", "from swarmproof.paper.protocol import Swarm\n"),
+        ("spec/swarmproof/claims/planted.py", "from swarmproof.paper import protocol\n"),
+        ("spec/swarmproof/paper/planted.py", "from . import protocol\n"),
         ("spec/swarmproof/claims/planted.py", "from .. import explore\n"),
-        ("model/swarmproof/mlr/planted.py", "import swarmproof.explore.search\n"),
-        ("model/swarmproof/mlr/planted.py", "def f():\n    import swarmproof.explore.search as s\n"),
+        ("model/swarmproof/paper/planted.py", "import swarmproof.explore.search\n"),
+        ("model/swarmproof/paper/planted.py", "def f():\n    import swarmproof.explore.search as s\n"),
         ("checks/swarmproof/explore/planted.py", "from swarmproof.cli import main\n"),
         ("checks/swarmproof/explore/planted.py", "from swarmproof.nowhere import nothing\n"),
         ("spec/swarmproof/claims/planted.py", "if False:\n    from swarmproof.explore import search\n"),
@@ -184,6 +219,23 @@ def test_a_wrong_import_is_noticed(small_tree: Path, planted_in: str, source: st
     (small_tree / planted_in).write_text(source, encoding="utf-8")
     (reported,) = wrong_imports(small_tree)
     assert Path(planted_in).name in reported
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "from swarmproof.paper.claims import Claim\n",
+        "def f():\n    from swarmproof.paper import protocol\n",
+        "from swarmproof import paper\n",
+        "from ..paper import system\n",
+    ],
+    ids=["of a module", "in a function", "the package", "relative"],
+)
+def test_a_paper_in_an_engine_is_noticed(small_tree: Path, source: str) -> None:
+    """The checker reports an engine that imports a paper; the paper itself may."""
+    assert paper_imports(small_tree) == {}
+    (small_tree / "checks/swarmproof/explore/planted.py").write_text(source, encoding="utf-8")
+    assert list(paper_imports(small_tree)) == ["checks/explore/planted.py"]
 
 
 def test_a_third_party_import_is_noticed(small_tree: Path) -> None:

@@ -18,7 +18,8 @@ from swarmproof.commands import margin as command
 from swarmproof.margin.bounds import Margin, margin
 from swarmproof.margin.certificate import digest
 from swarmproof.margin.problem import Problem
-from swarmproof.report import margin_words, rounding
+from swarmproof.pages import rounding
+from swarmproof.pages.margin import words as margin_words
 from swarmproof.theorem3.inequality import Truth, corrected, printed
 from swarmproof.theorem3.parameters import EXTENSIONS, NAMES, Parameters, Reading
 

@@ -18,9 +18,9 @@ from swarmproof.margin.bounds import Margin, margin
 from swarmproof.margin.problem import Problem
 from swarmproof.margin.witness import Witness
 from swarmproof.motion.integrator import AxisMotion
-from swarmproof.report.margin_plot import check_path, distance_curve, plot_margin, plot_sweep, scaled_paths
-from swarmproof.report.margin_sweep import sweep_curves, sweep_x
-from swarmproof.report.plot_style import decimal_text, interval_text, length_text, limit, verdict
+from swarmproof.pages.margin.plot import check_path, distance_curve, plot_margin, plot_sweep, scaled_paths
+from swarmproof.pages.margin.sweep import sweep_curves, sweep_x
+from swarmproof.pages.plot_style import decimal_text, interval_text, length_text, limit, verdict
 from swarmproof.theorem3.inequality import Truth
 from swarmproof.theorem3.parameters import Parameters, Reading
 
@@ -263,5 +263,5 @@ def test_without_matplotlib_it_says_what_to_install(monkeypatch: pytest.MonkeyPa
 
 def test_importing_the_module_does_not_import_matplotlib() -> None:
     """Commands that draw nothing neither need matplotlib nor wait for it."""
-    code = "import sys, swarmproof.report.margin_plot; sys.exit('matplotlib' in sys.modules)"
+    code = "import sys, swarmproof.pages.margin.plot; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

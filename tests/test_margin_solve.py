@@ -20,7 +20,7 @@ from swarmproof.margin.bounds import Margin, from_certificate, margin
 from swarmproof.margin.check import check
 from swarmproof.margin.problem import Problem
 from swarmproof.margin.solve import MOST_TRIALS, PRECISION, Extreme, changed, decide, solve_for
-from swarmproof.report import margin_words
+from swarmproof.pages.margin import words as margin_words
 from swarmproof.theorem3.inequality import Truth, corrected
 from swarmproof.theorem3.parameters import EXTREMES, Parameters, Reading
 

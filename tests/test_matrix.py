@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from swarmproof.claims.registry import CLAIMS
+from swarmproof.campaign.matrix import Row, as_toml, load_matrix, run_matrix, select_rows
 from swarmproof.cli import main
 from swarmproof.commands import verify as verify_command
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS
+from swarmproof.dmpc_swarm.record import configurations
+from swarmproof.dmpc_swarm.semantics import PRESETS, SWITCHES, Semantics
 from swarmproof.explore.search import Limits
-from swarmproof.semantics.switches import PRESETS, SWITCHES, Semantics
-from swarmproof.verify.matrix import Row, as_toml, load_matrix, run_matrix, select_rows
-from swarmproof.verify.record import configurations
 
 
 def unheard(told: object) -> None:

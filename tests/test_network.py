@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import pytest
 
-from swarmproof.mlr.messages import (
+from swarmproof.dmpc_swarm.protocol.messages import (
     HOVERING,
     CuMessage,
     EmptyMessage,
@@ -16,7 +16,7 @@ from swarmproof.mlr.messages import (
     TrajectoryRequestMessage,
     UavMessage,
 )
-from swarmproof.mlr.network import (
+from swarmproof.dmpc_swarm.protocol.network import (
     Air,
     Reception,
     Slot,
@@ -26,9 +26,9 @@ from swarmproof.mlr.network import (
     receive_at_uav,
     uav_receptions,
 )
-from swarmproof.mlr.swarm import Events, Swarm, compute, initial_swarm, step
-from swarmproof.mlr.uav import Uav, adopt, offers
-from swarmproof.semantics.switches import Semantics
+from swarmproof.dmpc_swarm.protocol.swarm import Events, Swarm, compute, initial_swarm, step
+from swarmproof.dmpc_swarm.protocol.uav import Uav, adopt, offers
+from swarmproof.dmpc_swarm.semantics import Semantics
 
 A, NEW = Trajectory(Metadata(3, 1)), Trajectory(Metadata(7, 0))
 EITHER, BOTH_LOST, CU_WINS = (

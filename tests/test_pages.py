@@ -9,14 +9,14 @@ from urllib.parse import unquote
 
 import pytest
 
+from swarmproof.campaign.matrix import RowResult, load_matrix, select_rows
 from swarmproof.cli import main
+from swarmproof.dmpc_swarm.experiments.experiments import EXPERIMENTS
+from swarmproof.explore.decide import verify
 from swarmproof.explore.search import Limits
 from swarmproof.output import ReportFolder
-from swarmproof.report.matrix import put_matrix
-from swarmproof.report.reproduce_page import put_reproduction
-from swarmproof.reproduce.experiments import EXPERIMENTS
-from swarmproof.verify.decide import verify
-from swarmproof.verify.matrix import RowResult, load_matrix, select_rows
+from swarmproof.pages.experiments.page import put_reproduction
+from swarmproof.pages.matrix import put_matrix
 
 #: Every kind of page, and the page above it.
 PAGES = {

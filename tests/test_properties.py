@@ -11,21 +11,21 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from swarmproof.adapters.mlr import observe
-from swarmproof.claims.predicates import all_plan, all_running
-from swarmproof.claims.registry import CLAIMS, Claim, Kind
-from swarmproof.claims.witnesses import RECOVERY_LEFT, WITNESSES
+from swarmproof.dmpc_swarm.claims.predicates import all_plan, all_running
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, Claim, Kind
+from swarmproof.dmpc_swarm.claims.witnesses import RECOVERY_LEFT, WITNESSES
+from swarmproof.dmpc_swarm.observe import observe
+from swarmproof.dmpc_swarm.protocol import algorithm1
+from swarmproof.dmpc_swarm.protocol.algorithm2 import InformationTracker, Update, update_information_trackers
+from swarmproof.dmpc_swarm.protocol.messages import CuMessage, UavMessage
+from swarmproof.dmpc_swarm.rounds import Rounds
+from swarmproof.dmpc_swarm.semantics import Semantics
 from swarmproof.errors import BadInput
-from swarmproof.explore.rounds import Rounds
+from swarmproof.explore.decide import Scope as VerifiedScope
+from swarmproof.explore.decide import Verdict, verify
 from swarmproof.explore.search import Exploration, explore
-from swarmproof.fuzz.runs import Breach, Run, check_run, readings, run_property, runs, runs_of_any_size
-from swarmproof.mlr import algorithm1
-from swarmproof.mlr.algorithm2 import InformationTracker, Update, update_information_trackers
-from swarmproof.mlr.messages import CuMessage, UavMessage
-from swarmproof.semantics.switches import Semantics
-from swarmproof.traces.trace import Trace, replay
-from swarmproof.verify.decide import Scope as VerifiedScope
-from swarmproof.verify.decide import Verdict, verify
+from swarmproof.falsify.runs import Breach, Run, check_run, readings, run_property, runs, runs_of_any_size
+from swarmproof.trace.trace import Trace, replay
 
 SAFETY = tuple(claim for claim in CLAIMS if claim.kind is Kind.SAFETY)
 

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from tests.bruteforce import packed, sample, successors
 
+from swarmproof.dmpc_swarm.rounds import Rounds
+from swarmproof.dmpc_swarm.semantics import Semantics
 from swarmproof.explore import recovery as recovery_module
 from swarmproof.explore.recovery import LossFree, Recovery, all_running, decide_recovery, loss_free_graph
-from swarmproof.explore.rounds import Rounds
 from swarmproof.explore.search import Exploration, Limits, explore
-from swarmproof.semantics.switches import Semantics
 
 Graph = dict[int, list[int]]
 

@@ -10,18 +10,18 @@ from html import unescape
 
 import pytest
 
-from swarmproof.claims.registry import Kind
-from swarmproof.mlr.messages import HOVERING, Metadata, Trajectory
-from swarmproof.mlr.swarm import compute
-from swarmproof.report import names
-from swarmproof.report.causes import what_is_false
-from swarmproof.report.diagram import sequence_diagram
-from swarmproof.report.explain import explain_in
-from swarmproof.report.page import counterexample_page, overview_page
-from swarmproof.report.story import tell
-from swarmproof.semantics.switches import Semantics
-from swarmproof.traces.trace import Replay, replay
-from swarmproof.verify.decide import Decided, Result, Scope, Verdict, verify
+from swarmproof.dmpc_swarm.claims.protocol import Kind
+from swarmproof.dmpc_swarm.pages import names
+from swarmproof.dmpc_swarm.pages.causes import what_is_false
+from swarmproof.dmpc_swarm.pages.diagram import sequence_diagram
+from swarmproof.dmpc_swarm.pages.explain import explain_in
+from swarmproof.dmpc_swarm.pages.story import tell
+from swarmproof.dmpc_swarm.protocol.messages import HOVERING, Metadata, Trajectory
+from swarmproof.dmpc_swarm.protocol.swarm import compute
+from swarmproof.dmpc_swarm.semantics import Semantics
+from swarmproof.explore.decide import Decided, Result, Scope, Verdict, verify
+from swarmproof.pages.page import counterexample_page, overview_page
+from swarmproof.trace.trace import Replay, replay
 
 #: Readings of the paper that show every kind of page: conflicts, losses, a lasso, a selection, no recovery.
 READINGS = [

@@ -16,16 +16,16 @@ from tests.bruteforce import (
     successors,
 )
 
-from swarmproof.explore import rounds as rounds_module
-from swarmproof.explore.identities import Abstraction, canonical_swarm, forget
-from swarmproof.explore.rounds import Rounds
+from swarmproof.dmpc_swarm import rounds as rounds_module
+from swarmproof.dmpc_swarm.protocol import algorithm1
+from swarmproof.dmpc_swarm.protocol.algorithm2 import InformationTracker
+from swarmproof.dmpc_swarm.protocol.messages import Trajectory
+from swarmproof.dmpc_swarm.protocol.network import Air, Reception, cu_receptions
+from swarmproof.dmpc_swarm.protocol.swarm import Swarm, initial_swarm
+from swarmproof.dmpc_swarm.rounds import Rounds
+from swarmproof.dmpc_swarm.semantics import Semantics
+from swarmproof.dmpc_swarm.symmetry import Abstraction, canonical_swarm, forget
 from swarmproof.explore.search import Limits, explore
-from swarmproof.mlr import algorithm1
-from swarmproof.mlr.algorithm2 import InformationTracker
-from swarmproof.mlr.messages import Trajectory
-from swarmproof.mlr.network import Air, Reception, cu_receptions
-from swarmproof.mlr.swarm import Swarm, initial_swarm
-from swarmproof.semantics.switches import Semantics
 
 #: Semantics of the sampled comparison at two UAVs and two CUs: each value of each switch is among them.
 SAMPLED = [

@@ -15,13 +15,13 @@ from hypothesis import strategies as st
 from tests.points import at, points
 
 import swarmproof.scenario.scenario as documented
+from swarmproof.dmpc_swarm.semantics import SWITCHES
 from swarmproof.errors import BadInput
 from swarmproof.scenario.choices import CHOICES
 from swarmproof.scenario.definition import WEIGHTS
 from swarmproof.scenario.formations import FORMATIONS, antipodes, circle, cube, line, plane, pyramid, sphere
 from swarmproof.scenario.points import PER_METRE, ROOM, closest_pair, disturbed, draw, shuffled
 from swarmproof.scenario.scenario import SHIPPED, USUAL, Choices, Point, Scenario, TargetChange, Weights, load
-from swarmproof.semantics.switches import SWITCHES
 from swarmproof.theorem3.parameters import NAMES, PUBLISHED_SCALING, Parameters
 from swarmproof.theorem3.values import ClosedBox, diagonal
 

@@ -7,17 +7,17 @@ from collections.abc import Callable
 import pytest
 from tests.bruteforce import plain_search, sample, successors
 
-from swarmproof.adapters.mlr import observe
-from swarmproof.claims.observed import ObservedSwarm
-from swarmproof.claims.registry import CLAIMS, Claim, Kind
+from swarmproof.dmpc_swarm.claims.observed import ObservedSwarm
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, Claim, Kind
+from swarmproof.dmpc_swarm.concretise import follow
+from swarmproof.dmpc_swarm.observe import observe
+from swarmproof.dmpc_swarm.protocol.swarm import Swarm, initial_swarm
+from swarmproof.dmpc_swarm.rounds import Rounds
+from swarmproof.dmpc_swarm.semantics import Semantics
 from swarmproof.explore import search as search_module
-from swarmproof.explore.rounds import Rounds
+from swarmproof.explore.decide import Result, Scope, Verdict, verify
 from swarmproof.explore.search import Exploration, Limits, Progress, explore
-from swarmproof.explore.steps import follow
-from swarmproof.mlr.swarm import Swarm, initial_swarm
-from swarmproof.semantics.switches import Semantics
-from swarmproof.traces.trace import replay
-from swarmproof.verify.decide import Result, Scope, Verdict, verify
+from swarmproof.trace.trace import replay
 
 GUARDED = Semantics.parse("guarded")
 SCOPE = Scope(2, 2, GUARDED)

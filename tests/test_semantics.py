@@ -6,8 +6,8 @@ from itertools import product
 
 import pytest
 
+from swarmproof.dmpc_swarm.semantics import ABOUT, PRESETS, SWITCHES, Semantics
 from swarmproof.errors import BadInput
-from swarmproof.semantics.switches import ABOUT, PRESETS, SWITCHES, Semantics
 
 SPECIFIED_SWITCHES = {
     "deprecation": ("all", "one"),

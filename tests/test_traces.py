@@ -13,15 +13,15 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from swarmproof.adapters.mlr import observe
-from swarmproof.claims.registry import CLAIMS, Kind
-from swarmproof.claims.witnesses import WITNESSES
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, Kind
+from swarmproof.dmpc_swarm.claims.witnesses import WITNESSES
+from swarmproof.dmpc_swarm.observe import observe
+from swarmproof.dmpc_swarm.protocol.swarm import step
+from swarmproof.dmpc_swarm.semantics import PRESETS, Semantics
 from swarmproof.errors import BadInput
-from swarmproof.fuzz.runs import Run, readings, runs_of_any_size
-from swarmproof.mlr.swarm import step
-from swarmproof.semantics.switches import PRESETS, Semantics
-from swarmproof.traces.trace import Replay, Trace, encode, load, record, replay
-from swarmproof.verify.decide import Decided, Result, Scope, Verdict, verify
+from swarmproof.explore.decide import Decided, Result, Scope, Verdict, verify
+from swarmproof.falsify.runs import Run, readings, runs_of_any_size
+from swarmproof.trace.trace import Replay, Trace, encode, load, record, replay
 
 #: A trace as plain lists and dicts, to be broken.
 Plain = dict[str, Any]

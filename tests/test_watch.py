@@ -7,15 +7,15 @@ from functools import cache
 
 import pytest
 
-from swarmproof.adapters.mlr import observe
-from swarmproof.claims.observed import ObservedSwarm, ObservedUav
-from swarmproof.claims.predicates import Broken
-from swarmproof.claims.registry import CLAIMS, Claim, Kind
-from swarmproof.claims.witnesses import WITNESSES
-from swarmproof.explore.rounds import Rounds
+from swarmproof.dmpc_swarm.claims.observed import ObservedSwarm, ObservedUav
+from swarmproof.dmpc_swarm.claims.predicates import Broken
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, Claim, Kind
+from swarmproof.dmpc_swarm.claims.witnesses import WITNESSES
+from swarmproof.dmpc_swarm.observe import observe
+from swarmproof.dmpc_swarm.rounds import Rounds
+from swarmproof.dmpc_swarm.semantics import Semantics
 from swarmproof.explore.search import Exploration, explore
-from swarmproof.semantics.switches import Semantics
-from swarmproof.verify.watch import Watch
+from swarmproof.monitor.watch import Watch
 
 Looks = Callable[[ObservedUav], object]
 LOOKS: dict[str, Looks] = {

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from swarmproof.claims.registry import CLAIMS
-from swarmproof.verify.matrix import load_matrix
+from swarmproof.campaign.matrix import load_matrix
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS
 
 _SHORT = {"not-applicable": "–", "holds": "✓", "undecided": "?"}
 

@@ -11,19 +11,19 @@ from html.parser import HTMLParser
 
 import pytest
 
-from swarmproof.audit.decide import Audited, audit
-from swarmproof.audit.evidence import Vectors
-from swarmproof.audit.script import script
-from swarmproof.audit.steps import Covered, decide_step
-from swarmproof.audit.table import CellAudit, audit_cells
-from swarmproof.claims.proofs.registry import PROOF_CLAIMS, select_proof_claims
-from swarmproof.claims.proofs.samples import eq_20, planes, repaired_20, rest
-from swarmproof.report.audit_page import audit_page
-from swarmproof.report.audit_plots import SCENES, draw_ranges, draw_scene, draw_step
-from swarmproof.report.audit_words import shown
-from swarmproof.statements.cells import ROLES, cells
-from swarmproof.statements.claim import ProofVerdict, Reading
-from swarmproof.statements.grid import Range, Step, Time
+from swarmproof.algebra.grid import Range, Step, Time
+from swarmproof.claims.proof import ProofVerdict, Reading
+from swarmproof.dmpc_swarm.pair_table import CellAudit, audit_cells
+from swarmproof.dmpc_swarm.proofs.registry import PROOF_CLAIMS, select_proof_claims
+from swarmproof.dmpc_swarm.proofs.samples import eq_20, planes, repaired_20, rest
+from swarmproof.dmpc_swarm.proofs.terms.cells import ROLES, cells
+from swarmproof.pages.proofs.page import audit_page
+from swarmproof.pages.proofs.plots import SCENES, draw_ranges, draw_scene, draw_step
+from swarmproof.pages.proofs.words import shown
+from swarmproof.prove.decide import Audited, audit
+from swarmproof.prove.evidence import Vectors
+from swarmproof.prove.script import script
+from swarmproof.prove.steps import Covered, decide_step
 
 AUDITED: Sequence[Audited] = audit(PROOF_CLAIMS)
 PAIRS: Sequence[CellAudit] = audit_cells()

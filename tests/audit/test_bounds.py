@@ -14,12 +14,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from swarmproof.audit.decide import answer, decide
-from swarmproof.audit.evidence import Certificate, Vectors
-from swarmproof.audit.proofs.bounds import EVIDENCE
-from swarmproof.claims.proofs.bounds import CLAIMS, FLOWN, FLOWN_AT_LEAST
-from swarmproof.motion.integrator import AxisMotion
-from swarmproof.statements.between import (
+from swarmproof.algebra.polynomial import Polynomial, variable
+from swarmproof.algebra.statement import Sign, Solvable, Statement
+from swarmproof.claims.proof import ProofClaim, ProofVerdict, Reading
+from swarmproof.dmpc_swarm.evidence.bounds import EVIDENCE
+from swarmproof.dmpc_swarm.proofs.bounds import CLAIMS, FLOWN, FLOWN_AT_LEAST
+from swarmproof.dmpc_swarm.proofs.terms.between import (
     POSITIVE,
     T_S,
     Moment,
@@ -36,9 +36,9 @@ from swarmproof.statements.between import (
     stays,
     turns,
 )
-from swarmproof.statements.claim import ProofClaim, ProofVerdict, Reading
-from swarmproof.statements.polynomial import Polynomial, variable
-from swarmproof.statements.statement import Sign, Solvable, Statement
+from swarmproof.motion.integrator import AxisMotion
+from swarmproof.prove.decide import answer, decide
+from swarmproof.prove.evidence import Certificate, Vectors
 
 BY_KEY = {claim.key: claim for claim in CLAIMS}
 BOTH_READINGS = sorted({claim.id for claim in CLAIMS if {f"{claim.id}/{r}" for r in Reading} <= BY_KEY.keys()})

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import pytest
 
-from swarmproof.audit.book import EVIDENCE
-from swarmproof.audit.decide import audit, decide
-from swarmproof.claims.proofs.registry import PROOF_CLAIMS, select_proof_claims
+from swarmproof.algebra.grid import Step
+from swarmproof.claims.proof import ProofClaim, ProofVerdict, Reading
+from swarmproof.dmpc_swarm.evidence.book import EVIDENCE
+from swarmproof.dmpc_swarm.proofs.registry import PROOF_CLAIMS, select_proof_claims
 from swarmproof.errors import BadInput
-from swarmproof.statements.claim import ProofClaim, ProofVerdict, Reading
-from swarmproof.statements.grid import Step
+from swarmproof.prove.decide import audit, decide
 
 BY_KEY = {claim.key: claim for claim in PROOF_CLAIMS}
 BOTH_READINGS = sorted({claim.id for claim in PROOF_CLAIMS if {f"{claim.id}/{r}" for r in Reading} <= BY_KEY.keys()})

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from swarmproof.audit.decide import Audited, audit
-from swarmproof.claims.proofs.registry import PROOF_CLAIMS, select_proof_claims
+from swarmproof.claims.proof import ProofVerdict
 from swarmproof.cli import main
 from swarmproof.commands import audit as command
-from swarmproof.statements.cells import cells
-from swarmproof.statements.claim import ProofVerdict
+from swarmproof.dmpc_swarm.proofs.registry import PROOF_CLAIMS, select_proof_claims
+from swarmproof.dmpc_swarm.proofs.terms.cells import cells
+from swarmproof.prove.decide import Audited, audit
 
 
 def test_everything_is_decided_as_recorded(capsys: pytest.CaptureFixture[str]) -> None:

@@ -10,9 +10,9 @@ from pathlib import Path
 
 from tests.audit.test_samples import TRUE_FOR
 
-from swarmproof.audit.table import UNDER_20, audit_cells
-from swarmproof.claims.proofs.registry import PROOF_CLAIMS, select_proof_claims
-from swarmproof.statements.claim import ProofVerdict
+from swarmproof.claims.proof import ProofVerdict
+from swarmproof.dmpc_swarm.pair_table import UNDER_20, audit_cells
+from swarmproof.dmpc_swarm.proofs.registry import PROOF_CLAIMS, select_proof_claims
 
 TEXT = (Path(__file__).parents[2] / "docs" / "proofs.md").read_text(encoding="utf-8")
 

@@ -10,8 +10,11 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from swarmproof.audit.book import EVIDENCE
-from swarmproof.audit.evidence import (
+from swarmproof.algebra.polynomial import Polynomial, constant, variable, variables
+from swarmproof.algebra.statement import Condition, Solvable, Statement, above, at_least, equal
+from swarmproof.dmpc_swarm.evidence.book import EVIDENCE
+from swarmproof.dmpc_swarm.proofs.registry import PROOF_CLAIMS
+from swarmproof.prove.evidence import (
     Candidate,
     Certificate,
     Evidence,
@@ -22,9 +25,6 @@ from swarmproof.audit.evidence import (
     contradiction_statement,
     term,
 )
-from swarmproof.claims.proofs.registry import PROOF_CLAIMS
-from swarmproof.statements.polynomial import Polynomial, constant, variable, variables
-from swarmproof.statements.statement import Condition, Solvable, Statement, above, at_least, equal
 
 X, Y, U = variables("x y u")
 F = Fraction

@@ -8,16 +8,14 @@ from fractions import Fraction
 
 import pytest
 
-from swarmproof.audit.decide import decide
-from swarmproof.audit.evidence import Candidate, Certificate, Unsolvable, Vectors, term
-from swarmproof.audit.proofs.feasibility import EVIDENCE, candidate, line
-from swarmproof.claims.proofs import feasibility
-from swarmproof.claims.proofs.feasibility import CLAIMS, NO_REST, NO_ZERO, OPEN, OPEN_NEXT, Case
-from swarmproof.motion.integrator import AxisMotion
-from swarmproof.statements.claim import ProofClaim, ProofVerdict
-from swarmproof.statements.motion import Timing, in_rounds
-from swarmproof.statements.polynomial import as_polynomial, constant, variable
-from swarmproof.statements.problem import (
+from swarmproof.algebra.polynomial import as_polynomial, constant, variable
+from swarmproof.algebra.statement import Condition, Sign, Solvable, Statement
+from swarmproof.claims.proof import ProofClaim, ProofVerdict
+from swarmproof.dmpc_swarm.evidence.feasibility import EVIDENCE, candidate, line
+from swarmproof.dmpc_swarm.proofs import feasibility
+from swarmproof.dmpc_swarm.proofs.feasibility import CLAIMS, NO_REST, NO_ZERO, OPEN, OPEN_NEXT, Case
+from swarmproof.dmpc_swarm.proofs.terms.motion import Timing, in_rounds
+from swarmproof.dmpc_swarm.proofs.terms.problem import (
     SPACE,
     feasible,
     hovering,
@@ -28,7 +26,9 @@ from swarmproof.statements.problem import (
     times_18,
     times_20,
 )
-from swarmproof.statements.statement import Condition, Sign, Solvable, Statement
+from swarmproof.motion.integrator import AxisMotion
+from swarmproof.prove.decide import decide
+from swarmproof.prove.evidence import Candidate, Certificate, Unsolvable, Vectors, term
 
 BY_KEY = {claim.key: claim for claim in CLAIMS}
 F = Fraction

@@ -8,11 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from swarmproof.motion.integrator import AxisMotion
-from swarmproof.statements.later import Later
-from swarmproof.statements.motion import Axis, State, entry, in_rounds, row, symbols
-from swarmproof.statements.polynomial import Vector, constant, variable
-from swarmproof.statements.problem import (
+from swarmproof.algebra.later import Later
+from swarmproof.algebra.polynomial import Vector, constant, variable
+from swarmproof.dmpc_swarm.proofs.terms.motion import Axis, State, entry, in_rounds, row, symbols
+from swarmproof.dmpc_swarm.proofs.terms.problem import (
     SPACE,
     ZERO_ALLOWED,
     ends_at_rest,
@@ -25,7 +24,8 @@ from swarmproof.statements.problem import (
     times_20,
     times_21,
 )
-from swarmproof.statements.separation import plane
+from swarmproof.dmpc_swarm.proofs.terms.separation import plane
+from swarmproof.motion.integrator import AxisMotion
 
 F = Fraction
 

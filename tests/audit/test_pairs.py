@@ -12,18 +12,18 @@ from hypothesis import strategies as st
 from tests.flight.flights import record
 from tests.flight.settings import lattice, setting
 
-from swarmproof.audit.decide import answer
-from swarmproof.audit.evidence import Certificate
-from swarmproof.audit.proofs.separation import BOTH_NEW, ONE_NEW, ONE_NEW_HALFWAY
-from swarmproof.audit.table import UNDER_20, audit_cells
-from swarmproof.flight.state import Round
-from swarmproof.mlr.messages import Metadata
-from swarmproof.planning.accept import right_side
-from swarmproof.statements import separation
-from swarmproof.statements.cells import Cell, Lemma, Role, cells
-from swarmproof.statements.claim import ProofVerdict
-from swarmproof.statements.separation import I_NEW, I_OLD, J_OLD, D, both_new, one_new, plane
-from swarmproof.statements.statement import Condition, Statement
+from swarmproof.algebra.statement import Condition, Statement
+from swarmproof.claims.proof import ProofVerdict
+from swarmproof.dmpc_swarm.evidence.separation import BOTH_NEW, ONE_NEW, ONE_NEW_HALFWAY
+from swarmproof.dmpc_swarm.flight.state import Round
+from swarmproof.dmpc_swarm.pair_table import UNDER_20, audit_cells
+from swarmproof.dmpc_swarm.planner.accept import right_side
+from swarmproof.dmpc_swarm.proofs.terms import separation
+from swarmproof.dmpc_swarm.proofs.terms.cells import Cell, Lemma, Role, cells
+from swarmproof.dmpc_swarm.proofs.terms.separation import I_NEW, I_OLD, J_OLD, D, both_new, one_new, plane
+from swarmproof.dmpc_swarm.protocol.messages import Metadata
+from swarmproof.prove.decide import answer
+from swarmproof.prove.evidence import Certificate
 
 PROVED = str(ProofVerdict.PROVED)
 C1, L3, L4 = Lemma.COROLLARY_1, Lemma.LEMMA_3, Lemma.LEMMA_4

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarmproof.statements.polynomial import (
+from swarmproof.algebra.polynomial import (
     Polynomial,
     Vector,
     as_polynomial,

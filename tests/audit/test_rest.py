@@ -7,16 +7,16 @@ from fractions import Fraction
 
 import pytest
 
-from swarmproof.audit.decide import decide
-from swarmproof.audit.evidence import Certificate, Vectors
-from swarmproof.audit.proofs.rest import EVIDENCE, FROM_ONE_PLACE, ends_apart
-from swarmproof.claims.proofs.rest import CLAIMS, JUMP, PUBLISHED, starts
+from swarmproof.algebra.polynomial import Number, Polynomial, as_polynomial, constant, variable
+from swarmproof.algebra.statement import Solvable, Statement
+from swarmproof.claims.proof import ProofClaim, ProofVerdict
+from swarmproof.dmpc_swarm.evidence.rest import EVIDENCE, FROM_ONE_PLACE, ends_apart
+from swarmproof.dmpc_swarm.proofs.rest import CLAIMS, JUMP, PUBLISHED, starts
+from swarmproof.dmpc_swarm.proofs.terms.motion import entry, in_rounds
+from swarmproof.dmpc_swarm.proofs.terms.problem import old_apart, special, times_18, times_21
 from swarmproof.motion.integrator import AxisMotion
-from swarmproof.statements.claim import ProofClaim, ProofVerdict
-from swarmproof.statements.motion import entry, in_rounds
-from swarmproof.statements.polynomial import Number, Polynomial, as_polynomial, constant, variable
-from swarmproof.statements.problem import old_apart, special, times_18, times_21
-from swarmproof.statements.statement import Solvable, Statement
+from swarmproof.prove.decide import decide
+from swarmproof.prove.evidence import Certificate, Vectors
 
 BY_KEY = {claim.key: claim for claim in CLAIMS}
 F = Fraction

@@ -5,13 +5,13 @@ from __future__ import annotations
 import pytest
 from tests.flight.settings import lattice, samples
 
-from swarmproof.audit.book import EVIDENCE
-from swarmproof.audit.decide import decide
-from swarmproof.audit.steps import decide_step
-from swarmproof.audit.steps import samples as samples_of
-from swarmproof.claims.proofs import samples as claims
-from swarmproof.claims.proofs.registry import select_proof_claims
-from swarmproof.statements.grid import Range, Step, Time
+from swarmproof.algebra.grid import Range, Step, Time
+from swarmproof.dmpc_swarm.evidence.book import EVIDENCE
+from swarmproof.dmpc_swarm.proofs import samples as claims
+from swarmproof.dmpc_swarm.proofs.registry import select_proof_claims
+from swarmproof.prove.decide import decide
+from swarmproof.prove.steps import decide_step
+from swarmproof.prove.steps import samples as samples_of
 
 #: By claim as printed, for which T/T_c of 1, 2, 3, 4 it is true.
 TRUE_FOR: dict[str, list[int]] = {

@@ -9,15 +9,15 @@ from fractions import Fraction
 
 import pytest
 
-from swarmproof.audit.decide import Answer, Shown, audit
-from swarmproof.audit.evidence import Candidate, Certificate, Unsolvable, Vectors, term
-from swarmproof.audit.script import MOST_LINES, identity, script
-from swarmproof.audit.steps import Covered, Line
-from swarmproof.claims.proofs.registry import PROOF_CLAIMS
-from swarmproof.statements.claim import ProofVerdict, Question
-from swarmproof.statements.grid import Range, Step, Time
-from swarmproof.statements.polynomial import Polynomial, constant, variables
-from swarmproof.statements.statement import Solvable, Statement, above, at_least, equal
+from swarmproof.algebra.grid import Range, Step, Time
+from swarmproof.algebra.polynomial import Polynomial, constant, variables
+from swarmproof.algebra.statement import Solvable, Statement, above, at_least, equal
+from swarmproof.claims.proof import ProofVerdict, Question
+from swarmproof.dmpc_swarm.proofs.registry import PROOF_CLAIMS
+from swarmproof.prove.decide import Answer, Shown, audit
+from swarmproof.prove.evidence import Candidate, Certificate, Unsolvable, Vectors, term
+from swarmproof.prove.script import MOST_LINES, identity, script
+from swarmproof.prove.steps import Covered, Line
 
 ANSWERS = {f"{each.claim.key}: {one.question}": one for each in audit(PROOF_CLAIMS) for one in each.answers}
 REFUTED = {name: one for name, one in ANSWERS.items() if one.verdict is ProofVerdict.FALSE}

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from swarmproof.audit.steps import TRIED, Covered, Line, decide_step
-from swarmproof.claims.proofs.registry import PROOF_CLAIMS
-from swarmproof.statements.grid import Range, Step, Time
+from swarmproof.algebra.grid import Range, Step, Time
+from swarmproof.dmpc_swarm.proofs.registry import PROOF_CLAIMS
+from swarmproof.prove.steps import TRIED, Covered, Line, decide_step
 
 #: Horizons that brute force tries; all ends of ranges that are drawn have crossed each other by then.
 MOST = 30

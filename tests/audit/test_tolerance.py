@@ -10,14 +10,14 @@ from typing import NamedTuple
 
 import pytest
 
-from swarmproof.audit.decide import answer, decide
-from swarmproof.audit.evidence import Candidate, Certificate, Evidence, Unsolvable, Vectors
-from swarmproof.audit.proofs.tolerance import EVIDENCE
-from swarmproof.claims.proofs.tolerance import CLAIMS
-from swarmproof.statements.cells import cells
-from swarmproof.statements.claim import ProofVerdict, Question
-from swarmproof.statements.statement import Condition, Sign, Solvable, Statement
-from swarmproof.statements.tolerance import DRIFT
+from swarmproof.algebra.statement import Condition, Sign, Solvable, Statement
+from swarmproof.claims.proof import ProofVerdict, Question
+from swarmproof.dmpc_swarm.evidence.tolerance import EVIDENCE
+from swarmproof.dmpc_swarm.proofs.terms.cells import cells
+from swarmproof.dmpc_swarm.proofs.terms.tolerance import DRIFT
+from swarmproof.dmpc_swarm.proofs.tolerance import CLAIMS
+from swarmproof.prove.decide import answer, decide
+from swarmproof.prove.evidence import Candidate, Certificate, Evidence, Unsolvable, Vectors
 
 BY_KEY = {claim.key: claim for claim in CLAIMS}
 BOTH_READINGS = sorted(

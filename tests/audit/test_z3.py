@@ -7,13 +7,13 @@ from functools import cache
 
 import pytest
 
-from swarmproof.audit.decide import answer, audit
-from swarmproof.audit.evidence import Candidate, Unsolvable, Vectors
-from swarmproof.claims.proofs.registry import PROOF_CLAIMS
-from swarmproof.statements.claim import ProofVerdict
-from swarmproof.statements.polynomial import constant, position, variable
-from swarmproof.statements.separation import I_NEW, OF_I, D, both_new, one_new
-from swarmproof.statements.statement import Sign, Solvable, Statement, above, at_least, equal
+from swarmproof.algebra.polynomial import constant, position, variable
+from swarmproof.algebra.statement import Sign, Solvable, Statement, above, at_least, equal
+from swarmproof.claims.proof import ProofVerdict
+from swarmproof.dmpc_swarm.proofs.registry import PROOF_CLAIMS
+from swarmproof.dmpc_swarm.proofs.terms.separation import I_NEW, OF_I, D, both_new, one_new
+from swarmproof.prove.decide import answer, audit
+from swarmproof.prove.evidence import Candidate, Unsolvable, Vectors
 
 pytest.importorskip("z3")
 

@@ -14,8 +14,8 @@ from functools import cache, reduce
 
 import z3  # type: ignore[import-untyped]
 
-from swarmproof.statements.polynomial import Number, Polynomial, Values, variable
-from swarmproof.statements.statement import Condition, Sign, Solvable, Statement
+from swarmproof.algebra.polynomial import Number, Polynomial, Values, variable
+from swarmproof.algebra.statement import Condition, Sign, Solvable, Statement
 
 #: How far z3 goes before it gives up, in its own units, so that answers do not depend on the machine; up to a second.
 EFFORT = 300_000

@@ -19,11 +19,11 @@ from pathlib import Path
 import pytest
 
 from swarmproof.campaign import pool as module
+from swarmproof.campaign.store import Stored
+from swarmproof.campaign.sweep import fly_cell, sweep
+from swarmproof.campaign.trial import Cell
+from swarmproof.dmpc_swarm.experiments.measure import measure
 from swarmproof.errors import BadInput, Failed
-from swarmproof.reproduce.cell import Cell
-from swarmproof.reproduce.measure import measure
-from swarmproof.reproduce.store import Stored
-from swarmproof.reproduce.sweep import fly_cell, sweep
 
 #: Flights that take no time, and one that takes ten minutes and more.
 CELLS = [Cell("crossing", 2, "HT", "iid:0.1", "guarded", seed, 12 + seed) for seed in range(6)]
@@ -34,8 +34,8 @@ THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB
 #: Begins long flights in two processes, and says which these are.
 BEGIN = f"""
 import multiprocessing, threading, time
-from swarmproof.reproduce.cell import Cell
-from swarmproof.reproduce.sweep import sweep
+from swarmproof.campaign.trial import Cell
+from swarmproof.campaign.sweep import sweep
 def say():
     while len(multiprocessing.active_children()) < 2:
         time.sleep(0.01)

@@ -13,12 +13,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from swarmproof.channel.script import read_script
 from swarmproof.errors import BadInput
+from swarmproof.faults.script import read_script
 from swarmproof.files import reading
 from swarmproof.files.reading import MOST_DOTS, MOST_NESTED, check_toml, read_bytes
 from swarmproof.theorem3.numbers import read_toml
-from swarmproof.traces.trace import load
+from swarmproof.trace.trace import load
 
 RIGHT = "give a right one"
 #: How each kind of file is read: a file that is missing, wrong or too long is refused by each of them.

@@ -9,15 +9,15 @@ from functools import cache
 import numpy as np
 from tests.flight.settings import setting
 
-from swarmproof.assess.exhaustive import Decided
-from swarmproof.assess.judge import Flown, Judge, Judged
-from swarmproof.assess.run import Setting
-from swarmproof.channel.grammar import parse
-from swarmproof.channel.losses import Losses, LossModel, Recorded
-from swarmproof.flight.fly import Flight, Plans
-from swarmproof.flight.state import Round
-from swarmproof.planning.planner import Planned, Planner
-from swarmproof.planning.problem import Task
+from swarmproof.dmpc_swarm.flight.exhaustive import Decided
+from swarmproof.dmpc_swarm.flight.fly import Flight, Plans
+from swarmproof.dmpc_swarm.flight.judge import Flown, Judge, Judged
+from swarmproof.dmpc_swarm.flight.run import Setting
+from swarmproof.dmpc_swarm.flight.state import Round
+from swarmproof.dmpc_swarm.planner.planner import Planned, Planner
+from swarmproof.dmpc_swarm.planner.problem import Task
+from swarmproof.faults.grammar import parse
+from swarmproof.faults.losses import Losses, LossModel, Recorded
 from swarmproof.scenario.definition import Scenario, TargetChange
 from swarmproof.scenario.points import Point
 from swarmproof.scenario.scenario import load

@@ -10,17 +10,17 @@ from functools import cache
 import numpy as np
 from tests.flight.oracle import Flown, Limits, State, broken_constraints, rested, vector
 
-from swarmproof.assess.run import Setting
-from swarmproof.channel.grammar import parse
-from swarmproof.flight.fly import Plans
+from swarmproof.dmpc_swarm.flight.fly import Plans
+from swarmproof.dmpc_swarm.flight.run import Setting
+from swarmproof.dmpc_swarm.planner.plan import Plan
+from swarmproof.dmpc_swarm.planner.planner import Planned, Planner
+from swarmproof.dmpc_swarm.planner.problem import Task
+from swarmproof.dmpc_swarm.semantics import Semantics
+from swarmproof.dmpc_swarm.trigger import Trigger
+from swarmproof.faults.grammar import parse
 from swarmproof.motion.lattice import Floats, Lattice
-from swarmproof.planning.plan import Plan
-from swarmproof.planning.planner import Planned, Planner
-from swarmproof.planning.problem import Task
-from swarmproof.planning.solvers import Answer, QuadraticProgram, Solver, Status, solve_with_piqp
+from swarmproof.qp.solvers import Answer, QuadraticProgram, Solver, Status, solve_with_piqp
 from swarmproof.scenario.scenario import Scenario, Weights, load
-from swarmproof.semantics.switches import Semantics
-from swarmproof.semantics.trigger import Trigger
 from swarmproof.theorem3.parameters import Parameters
 from swarmproof.theorem3.values import closed
 

@@ -9,18 +9,18 @@ import pytest
 from tests.flight.flights import Buggy, planner_of, record
 from tests.flight.settings import setting
 
-from swarmproof.assess.exhaustive import explore_flights
-from swarmproof.assess.judge import FlightVerdict, Judged
-from swarmproof.assess.run import Setting
-from swarmproof.claims.flight import FLIGHT_CLAIMS
-from swarmproof.claims.registry import CLAIMS, Kind
 from swarmproof.cli import main
-from swarmproof.flight.fly import Plans
-from swarmproof.planning.planner import Planned
-from swarmproof.planning.problem import Task
-from swarmproof.planning.solvers import Status
-from swarmproof.semantics.switches import Semantics
-from swarmproof.verify.decide import Scope, Verdict, verify
+from swarmproof.dmpc_swarm.claims.flight import FLIGHT_CLAIMS
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, Kind
+from swarmproof.dmpc_swarm.flight.exhaustive import explore_flights
+from swarmproof.dmpc_swarm.flight.fly import Plans
+from swarmproof.dmpc_swarm.flight.judge import FlightVerdict, Judged
+from swarmproof.dmpc_swarm.flight.run import Setting
+from swarmproof.dmpc_swarm.planner.planner import Planned
+from swarmproof.dmpc_swarm.planner.problem import Task
+from swarmproof.dmpc_swarm.semantics import Semantics
+from swarmproof.explore.decide import Scope, Verdict, verify
+from swarmproof.qp.solvers import Status
 
 PROTOCOL = [claim for claim in CLAIMS if claim.kind is Kind.SAFETY]
 #: A mark for each verdict: of what was seen, of nothing, and of what is open.

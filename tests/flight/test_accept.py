@@ -15,11 +15,11 @@ from hypothesis import strategies as st
 from tests.flight.settings import a_task, beside, broken, hover, lattice, random_task, resting, samples, wander
 from tests.margin.settings import TILTED, examples
 
+from swarmproof.dmpc_swarm.planner import accept
+from swarmproof.dmpc_swarm.planner.accept import broken_constraint, right_side, wrong_sides
+from swarmproof.dmpc_swarm.planner.plan import Plan
+from swarmproof.dmpc_swarm.planner.problem import Task
 from swarmproof.motion.lattice import Floats, Lattice
-from swarmproof.planning import accept
-from swarmproof.planning.accept import broken_constraint, right_side, wrong_sides
-from swarmproof.planning.plan import Plan
-from swarmproof.planning.problem import Task
 
 F = Fraction
 SEEDS = st.integers(0, 2**32)

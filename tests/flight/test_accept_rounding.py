@@ -12,11 +12,11 @@ import pytest
 from tests.flight.settings import a_task, broken, hover, lattice, samples
 from tests.flight.test_accept import PLAIN, placed, sides, with_product
 
+from swarmproof.dmpc_swarm.planner import accept
+from swarmproof.dmpc_swarm.planner.accept import Planes, asked, old_satisfies, right_side, wrong_sides
+from swarmproof.dmpc_swarm.planner.plan import Plan
+from swarmproof.dmpc_swarm.planner.problem import Task
 from swarmproof.motion.lattice import Lattice
-from swarmproof.planning import accept
-from swarmproof.planning.accept import Planes, asked, old_satisfies, right_side, wrong_sides
-from swarmproof.planning.plan import Plan
-from swarmproof.planning.problem import Task
 from swarmproof.scenario.scenario import EXACT, Tolerance
 
 F = Fraction

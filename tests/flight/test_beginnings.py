@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 from tests.flight.settings import setting
 
-from swarmproof.assess.exhaustive import Verdict, explore_flights
-from swarmproof.assess.judge import FlightVerdict
-from swarmproof.assess.run import fly
-from swarmproof.channel.grammar import parse
+from swarmproof.dmpc_swarm.flight.exhaustive import Verdict, explore_flights
+from swarmproof.dmpc_swarm.flight.judge import FlightVerdict
+from swarmproof.dmpc_swarm.flight.run import fly
 from swarmproof.errors import BadInput
+from swarmproof.faults.grammar import parse
 from swarmproof.motion.lattice import Lattice
 from swarmproof.scenario.scenario import Scenario, load
 

@@ -15,13 +15,13 @@ from tests.flight.flights import Recording, record, recorded, scenario
 from tests.flight.settings import flown, hover, lattice, limits, setting
 from tests.points import points
 
-from swarmproof.assess.candidates import Candidates, closest_at_samples, tracked
-from swarmproof.assess.observing import View, observe_round
-from swarmproof.claims.flight import Approach, ObservedRound, PlannedBy
-from swarmproof.flight.state import FlightState, Name, Round
-from swarmproof.mlr.messages import HOVERING, Metadata
+from swarmproof.dmpc_swarm.claims.flight import Approach, ObservedRound, PlannedBy
+from swarmproof.dmpc_swarm.flight.observing import View, observe_round
+from swarmproof.dmpc_swarm.flight.separation_at_samples import Candidates, closest_at_samples, tracked
+from swarmproof.dmpc_swarm.flight.state import FlightState, Name, Round
+from swarmproof.dmpc_swarm.planner.plan import Plan
+from swarmproof.dmpc_swarm.protocol.messages import HOVERING, Metadata
 from swarmproof.motion.lattice import Lattice
-from swarmproof.planning.plan import Plan
 
 F = Fraction
 #: A d̂_min with which the oracle lists every pair at every sample, m.

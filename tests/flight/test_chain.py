@@ -17,14 +17,14 @@ from tests.flight.settings import broken, flown, limits, setting
 from tests.flight.test_candidates import observed
 from tests.flight.test_judge import forgets_the_older_entry
 
-from swarmproof.assess.chain import explain
-from swarmproof.channel.losses import Recorded
-from swarmproof.channel.pattern import nothing_lost
-from swarmproof.claims.flight import Approach, PlannedBy
-from swarmproof.flight.state import Attempt, Name, Round
-from swarmproof.mlr.messages import Metadata, TrajectoryMessage
+from swarmproof.dmpc_swarm.claims.flight import Approach, PlannedBy
+from swarmproof.dmpc_swarm.flight.chain import explain
+from swarmproof.dmpc_swarm.flight.state import Attempt, Name, Round
+from swarmproof.dmpc_swarm.planner.plan import Plan
+from swarmproof.dmpc_swarm.protocol.messages import Metadata, TrajectoryMessage
+from swarmproof.faults.losses import Recorded
+from swarmproof.faults.pattern import nothing_lost
 from swarmproof.motion.lattice import Lattice
-from swarmproof.planning.plan import Plan
 
 F = Fraction
 #: Scenario, CUs, loss, rounds, seed, semantics, UAVs.

@@ -9,9 +9,9 @@ import pytest
 from tests.flight.flights import Recording, record
 from tests.flight.settings import setting
 
-from swarmproof.mlr.algorithm1 import Inbox
-from swarmproof.mlr.messages import Metadata, Trajectory, TrajectoryMessage
-from swarmproof.mlr.uav import Uav, offers
+from swarmproof.dmpc_swarm.protocol.algorithm1 import Inbox
+from swarmproof.dmpc_swarm.protocol.messages import Metadata, Trajectory, TrajectoryMessage
+from swarmproof.dmpc_swarm.protocol.uav import Uav, offers
 from swarmproof.scenario.scenario import USUAL, load
 
 #: Two UAVs meet head on, exactly, and block each other until one makes a detour.

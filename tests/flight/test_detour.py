@@ -13,12 +13,10 @@ from tests.flight.settings import lattice, setting
 from tests.margin.settings import examples
 from tests.points import points
 
-from swarmproof.assess.judge import FlightVerdict, Flown
-from swarmproof.assess.run import fly
-from swarmproof.channel.grammar import parse
-from swarmproof.flight.state import Round
-from swarmproof.motion.lattice import Floats
-from swarmproof.planning.detour import (
+from swarmproof.dmpc_swarm.flight.judge import FlightVerdict, Flown
+from swarmproof.dmpc_swarm.flight.run import fly
+from swarmproof.dmpc_swarm.flight.state import Round
+from swarmproof.dmpc_swarm.planner.detour import (
     CLOSE,
     SLOW,
     Detour,
@@ -27,9 +25,11 @@ from swarmproof.planning.detour import (
     plan_detours,
     swarm_deadlocked,
 )
-from swarmproof.planning.outlook import ARRIVED, Outlook
+from swarmproof.dmpc_swarm.planner.outlook import ARRIVED, Outlook
+from swarmproof.dmpc_swarm.trigger import Trigger
+from swarmproof.faults.grammar import parse
+from swarmproof.motion.lattice import Floats
 from swarmproof.scenario.scenario import USUAL, Choices, Scenario, TargetChange, Weights
-from swarmproof.semantics.trigger import Trigger
 
 Point = tuple[float, float, float]
 STEP, LONGEST = USUAL.detour_step, USUAL.detour_rounds

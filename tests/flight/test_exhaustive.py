@@ -16,28 +16,35 @@ from tests.flight.settings import hover, setting
 from tests.flight.test_judge import forgets_the_older_entry, gives_up
 from tests.points import points
 
-from swarmproof.assess import exhaustive
-from swarmproof.assess.exhaustive import Decided, Exhaustive, Verdict, explore_flights, outcomes, parse_rounds
-from swarmproof.assess.observing import View, observe_round
-from swarmproof.assess.remember import Remembering
-from swarmproof.assess.run import Setting
-from swarmproof.channel.deliver import deliver
-from swarmproof.channel.grammar import parse
-from swarmproof.channel.losses import Recorded
-from swarmproof.channel.pattern import Losses
-from swarmproof.claims.flight import FLIGHT_CLAIMS, FlightClaim, ObservedRound
-from swarmproof.claims.predicates import Broken
-from swarmproof.claims.registry import CLAIMS, Kind
+from swarmproof.dmpc_swarm.claims.flight import FLIGHT_CLAIMS, FlightClaim, ObservedRound
+from swarmproof.dmpc_swarm.claims.predicates import Broken
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, Kind
+from swarmproof.dmpc_swarm.flight import exhaustive
+from swarmproof.dmpc_swarm.flight.cached_planner import Remembering
+from swarmproof.dmpc_swarm.flight.exhaustive import (
+    Decided,
+    Exhaustive,
+    Verdict,
+    explore_flights,
+    outcomes,
+    parse_rounds,
+)
+from swarmproof.dmpc_swarm.flight.fly import Flight, Plans
+from swarmproof.dmpc_swarm.flight.observing import View, observe_round
+from swarmproof.dmpc_swarm.flight.run import Setting
+from swarmproof.dmpc_swarm.flight.state import Computed, FlightState
+from swarmproof.dmpc_swarm.planner.planner import Planned, Planner
+from swarmproof.dmpc_swarm.planner.problem import Task
+from swarmproof.dmpc_swarm.protocol.deliver import deliver
+from swarmproof.dmpc_swarm.semantics import Semantics
+from swarmproof.dmpc_swarm.trigger import Trigger
 from swarmproof.errors import BadInput
 from swarmproof.explore.search import Limits
-from swarmproof.flight.fly import Flight, Plans
-from swarmproof.flight.state import Computed, FlightState
+from swarmproof.faults.grammar import parse
+from swarmproof.faults.losses import Recorded
+from swarmproof.faults.pattern import Losses
 from swarmproof.motion.lattice import Lattice
-from swarmproof.planning.planner import Planned, Planner
-from swarmproof.planning.problem import Task
 from swarmproof.scenario.scenario import Weights
-from swarmproof.semantics.switches import Semantics
-from swarmproof.semantics.trigger import Trigger
 
 
 def silent(k: int, done: int, size: int) -> None:

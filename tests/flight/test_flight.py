@@ -21,30 +21,30 @@ from tests.flight.flights import (
 from tests.flight.settings import flown, setting
 from tests.points import at, points
 
-from swarmproof.assess import separation
-from swarmproof.assess.between import Closest, closest
-from swarmproof.assess.judge import Flown
-from swarmproof.assess.run import Setting, fly
-from swarmproof.channel.grammar import parse
-from swarmproof.channel.losses import Recorded
-from swarmproof.channel.pattern import Losses, nothing_lost
+from swarmproof.dmpc_swarm.flight.fly import Plans
+from swarmproof.dmpc_swarm.flight.judge import Flown
+from swarmproof.dmpc_swarm.flight.run import Setting, fly
+from swarmproof.dmpc_swarm.flight.state import Attempt, FlightState, Name, Round
+from swarmproof.dmpc_swarm.planner.detour import Detour
+from swarmproof.dmpc_swarm.planner.plan import Plan
+from swarmproof.dmpc_swarm.planner.planner import Planned
+from swarmproof.dmpc_swarm.planner.problem import Task
+from swarmproof.dmpc_swarm.protocol.algorithm1 import CuState
+from swarmproof.dmpc_swarm.protocol.event_trigger import NO_OPINION
+from swarmproof.dmpc_swarm.protocol.messages import HOVERING, EmptyMessage, Metadata
+from swarmproof.dmpc_swarm.semantics import PRESETS, SWITCHES, Semantics
+from swarmproof.dmpc_swarm.trigger import Trigger
 from swarmproof.errors import BadInput
-from swarmproof.flight.fly import Plans
-from swarmproof.flight.state import Attempt, FlightState, Name, Round
-from swarmproof.mlr.algorithm1 import CuState
-from swarmproof.mlr.event_trigger import NO_OPINION
-from swarmproof.mlr.messages import HOVERING, EmptyMessage, Metadata
+from swarmproof.faults.grammar import parse
+from swarmproof.faults.losses import Recorded
+from swarmproof.faults.pattern import Losses, nothing_lost
+from swarmproof.monitor import separation
+from swarmproof.monitor.bernstein import Closest, closest
 from swarmproof.motion.lattice import Floats, Lattice
 from swarmproof.motion.pairs import Scales
-from swarmproof.planning.detour import Detour
-from swarmproof.planning.plan import Plan
-from swarmproof.planning.planner import Planned
-from swarmproof.planning.problem import Task
-from swarmproof.planning.solvers import Status
+from swarmproof.qp.solvers import Status
 from swarmproof.scenario.points import Point
 from swarmproof.scenario.scenario import load
-from swarmproof.semantics.switches import PRESETS, SWITCHES, Semantics
-from swarmproof.semantics.trigger import Trigger
 
 #: Three UAVs, of which two swap places in round 5.
 A, B, C = points((-0.8, 0.0, 1.0), (0.8, 0.3, 1.2), (0.0, 1.2, 1.0))

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 from tests.margin.settings import examples
 
-from swarmproof.flight.place import implied
+from swarmproof.dmpc_swarm.flight.place import implied
 from swarmproof.motion.lattice import Bounds
 from swarmproof.theorem3.parameters import Parameters
 

@@ -31,24 +31,24 @@ from tests.flight.flights import Buggy, Recording, Tamper, planner_of, record, r
 from tests.flight.settings import flown, limits, setting
 from tests.points import points
 
-from swarmproof.assess.judge import PATIENCE, FlightVerdict
-from swarmproof.assess.run import Setting
-from swarmproof.claims.flight import FLIGHT_CLAIMS
-from swarmproof.claims.registry import CLAIMS, Kind
-from swarmproof.flight.fly import Plans
-from swarmproof.flight.state import Round
-from swarmproof.mlr import algorithm1
-from swarmproof.mlr.algorithm2 import InformationTracker, Update, update_information_trackers
-from swarmproof.mlr.messages import CuMessage, Metadata, Trajectory, UavMessage
+from swarmproof.dmpc_swarm.claims.flight import FLIGHT_CLAIMS
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, Kind
+from swarmproof.dmpc_swarm.flight.fly import Plans
+from swarmproof.dmpc_swarm.flight.judge import PATIENCE, FlightVerdict
+from swarmproof.dmpc_swarm.flight.run import Setting
+from swarmproof.dmpc_swarm.flight.state import Round
+from swarmproof.dmpc_swarm.planner.accept import broken_constraint
+from swarmproof.dmpc_swarm.planner.outlook import ARRIVED
+from swarmproof.dmpc_swarm.planner.plan import Plan
+from swarmproof.dmpc_swarm.planner.planner import Planned, Planner
+from swarmproof.dmpc_swarm.planner.problem import Task
+from swarmproof.dmpc_swarm.protocol import algorithm1
+from swarmproof.dmpc_swarm.protocol.algorithm2 import InformationTracker, Update, update_information_trackers
+from swarmproof.dmpc_swarm.protocol.messages import CuMessage, Metadata, Trajectory, UavMessage
+from swarmproof.dmpc_swarm.semantics import Semantics
 from swarmproof.motion.lattice import Lattice
-from swarmproof.planning.accept import broken_constraint
-from swarmproof.planning.outlook import ARRIVED
-from swarmproof.planning.plan import Plan
-from swarmproof.planning.planner import Planned, Planner
-from swarmproof.planning.problem import Task
-from swarmproof.planning.solvers import Status
+from swarmproof.qp.solvers import Status
 from swarmproof.scenario.definition import Weights
-from swarmproof.semantics.switches import Semantics
 
 F = Fraction
 

@@ -14,24 +14,24 @@ import numpy as np
 import pytest
 from tests.flight.settings import setting
 
-from swarmproof.assess import between
-from swarmproof.assess.exhaustive import Verdict, explore_flights
-from swarmproof.assess.judge import FlightVerdict
-from swarmproof.assess.log import Log
-from swarmproof.assess.refly import Flights
-from swarmproof.assess.run import Setting, fly
-from swarmproof.channel.grammar import parse
+from swarmproof.dmpc_swarm.flight.exhaustive import Verdict, explore_flights
+from swarmproof.dmpc_swarm.flight.incremental import Flights
+from swarmproof.dmpc_swarm.flight.judge import FlightVerdict
+from swarmproof.dmpc_swarm.flight.log import Log
+from swarmproof.dmpc_swarm.flight.run import Setting, fly
+from swarmproof.dmpc_swarm.flight.state import Round
+from swarmproof.dmpc_swarm.planner.accept import old_satisfies
+from swarmproof.dmpc_swarm.planner.plan import Plan
+from swarmproof.dmpc_swarm.planner.planner import Planned, Planner
+from swarmproof.dmpc_swarm.planner.problem import Task
 from swarmproof.errors import BadInput
-from swarmproof.flight.state import Round
+from swarmproof.faults.grammar import parse
+from swarmproof.monitor import bernstein as between
 from swarmproof.motion.lattice import Lattice
 from swarmproof.motion.pairs import Scales
-from swarmproof.planning.accept import old_satisfies
-from swarmproof.planning.plan import Plan
-from swarmproof.planning.planner import Planned, Planner
-from swarmproof.planning.problem import Task
-from swarmproof.report import flight_words
-from swarmproof.report.flight_plots import pictures
-from swarmproof.report.flight_series import one_scale, pair_distance, sampled_separation
+from swarmproof.pages.flight import words as flight_words
+from swarmproof.pages.flight.plots import pictures
+from swarmproof.pages.flight.series import one_scale, pair_distance, sampled_separation
 from swarmproof.scenario.scenario import Scenario, Weights, load
 from swarmproof.theorem3.fleet import Fleet
 

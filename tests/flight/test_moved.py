@@ -12,11 +12,11 @@ import pytest
 from tests.flight.settings import setting
 from tests.points import Coordinate, at
 
-from swarmproof.assess.judge import Counts
-from swarmproof.assess.log import Log
-from swarmproof.assess.run import fly
-from swarmproof.channel.grammar import parse
-from swarmproof.flight.place import place
+from swarmproof.dmpc_swarm.flight.judge import Counts
+from swarmproof.dmpc_swarm.flight.log import Log
+from swarmproof.dmpc_swarm.flight.place import place
+from swarmproof.dmpc_swarm.flight.run import fly
+from swarmproof.faults.grammar import parse
 from swarmproof.motion.lattice import Bounds, Floats
 from swarmproof.scenario.points import moved_points
 from swarmproof.scenario.scenario import Scenario, load
@@ -124,7 +124,7 @@ def test_coordinates_as_they_are_are_noticed(monkeypatch: pytest.MonkeyPatch) ->
     """If coordinates were not counted from near the space, the lattice would be coarser far away."""
     far = load("crossing").moved(at(500_000, 900_000, 0))
     near = setting(far).flight().lattice
-    monkeypatch.setattr("swarmproof.flight.place._origin", lambda sides: F(0))
+    monkeypatch.setattr("swarmproof.dmpc_swarm.flight.place._origin", lambda sides: F(0))
     assert setting(far).flight().lattice.jerk_unit > near.jerk_unit == setting("crossing").flight().lattice.jerk_unit
 
 
@@ -177,7 +177,7 @@ def test_bounds_as_they_are_given_are_noticed(monkeypatch: pytest.MonkeyPatch) -
     """If bounds were not replaced by what they imply together, the lattice would depend on them."""
     units = {setting(load("crossing", 0, [change])).flight().lattice.jerk_unit for change in LOOSE["v_max"]}
     assert len(units) == 1
-    monkeypatch.setattr("swarmproof.flight.place.implied", lambda parameters, horizon: Bounds.of(parameters))
+    monkeypatch.setattr("swarmproof.dmpc_swarm.flight.place.implied", lambda parameters, horizon: Bounds.of(parameters))
     coarse = {setting(load("crossing", 0, [change])).flight().lattice.jerk_unit for change in LOOSE["v_max"][:2]}
     assert max(coarse) > max(units)
 

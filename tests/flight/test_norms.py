@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 from tests.flight.settings import a_task, hover, lattice, setting, wander
 
-from swarmproof.assess.run import fly
-from swarmproof.channel.grammar import parse
-from swarmproof.flight.state import Round
+from swarmproof.dmpc_swarm.flight.run import fly
+from swarmproof.dmpc_swarm.flight.state import Round
+from swarmproof.dmpc_swarm.planner import qp
+from swarmproof.dmpc_swarm.planner.accept import broken_constraint, old_satisfies
+from swarmproof.dmpc_swarm.planner.ball import PER_UNIT, directions, share, triangles
+from swarmproof.dmpc_swarm.planner.plan import Plan, within_ball
+from swarmproof.dmpc_swarm.planner.planner import Planner
+from swarmproof.dmpc_swarm.planner.problem import Task
+from swarmproof.faults.grammar import parse
 from swarmproof.motion.lattice import Floats
-from swarmproof.planning import qp
-from swarmproof.planning.accept import broken_constraint, old_satisfies
-from swarmproof.planning.ball import PER_UNIT, directions, share, triangles
-from swarmproof.planning.plan import Plan, within_ball
-from swarmproof.planning.planner import Planner
-from swarmproof.planning.problem import Task
-from swarmproof.report import flight_words
+from swarmproof.pages.flight import words as flight_words
 from swarmproof.scenario.scenario import Weights
 
 F = Fraction

@@ -20,10 +20,10 @@ from tests.flight.settings import setting
 from tests.margin.settings import examples
 from tests.points import Coordinate, at, decimal, points
 
-from swarmproof.assess.run import fly
-from swarmproof.channel.grammar import parse
+from swarmproof.dmpc_swarm.flight.place import place
+from swarmproof.dmpc_swarm.flight.run import fly
 from swarmproof.errors import BadInput
-from swarmproof.flight.place import place
+from swarmproof.faults.grammar import parse
 from swarmproof.motion.lattice import COARSEST, FINEST, Lattice
 from swarmproof.scenario.definition import Scenario, TargetChange, Weights
 from swarmproof.scenario.points import Point

@@ -13,12 +13,12 @@ from tests.flight.oracle import Flown
 from tests.flight.settings import flown, hover, lattice, planner, resting, samples, wander
 from tests.margin.settings import TILTED, examples
 
+from swarmproof.dmpc_swarm.planner.accept import Planes, broken_constraint
+from swarmproof.dmpc_swarm.planner.plan import Plan
+from swarmproof.dmpc_swarm.planner.planner import Planner
+from swarmproof.dmpc_swarm.planner.problem import Task
 from swarmproof.motion.integrator import AxisMotion
 from swarmproof.motion.lattice import Floats, Lattice
-from swarmproof.planning.accept import Planes, broken_constraint
-from swarmproof.planning.plan import Plan
-from swarmproof.planning.planner import Planner
-from swarmproof.planning.problem import Task
 
 F = Fraction
 SEEDS = st.integers(0, 2**32)

@@ -31,14 +31,14 @@ from tests.flight.settings import (
 from tests.margin.settings import TILTED
 from tests.points import points
 
-from swarmproof.assess.judge import FlightVerdict, Flown
-from swarmproof.assess.run import Setting, fly
-from swarmproof.channel.grammar import parse
-from swarmproof.planning import planner as planner_module
-from swarmproof.planning.plan import Plan
-from swarmproof.planning.planner import Planned, Planner, hovering
-from swarmproof.planning.problem import Task
-from swarmproof.planning.solvers import Solver, Status
+from swarmproof.dmpc_swarm.flight.judge import FlightVerdict, Flown
+from swarmproof.dmpc_swarm.flight.run import Setting, fly
+from swarmproof.dmpc_swarm.planner import planner as planner_module
+from swarmproof.dmpc_swarm.planner.plan import Plan
+from swarmproof.dmpc_swarm.planner.planner import Planned, Planner, hovering
+from swarmproof.dmpc_swarm.planner.problem import Task
+from swarmproof.faults.grammar import parse
+from swarmproof.qp.solvers import Solver, Status
 from swarmproof.scenario.points import Point
 from swarmproof.scenario.scenario import Scenario, TargetChange, Weights
 
@@ -277,8 +277,8 @@ def test_plans_are_near_optimal() -> None:
 
 def test_what_is_shown_first_does_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
     """Shown all rows at once, the solver finds a plan of the same cost: leaving rows out at first loses nothing."""
-    monkeypatch.setattr("swarmproof.planning.qp.NEAR", 1e9)
-    monkeypatch.setattr("swarmproof.planning.qp.NEAR_BAND", 1e9)
+    monkeypatch.setattr("swarmproof.dmpc_swarm.planner.qp.NEAR", 1e9)
+    monkeypatch.setattr("swarmproof.dmpc_swarm.planner.qp.NEAR_BAND", 1e9)
     for task, plan, weights in some_recorded()[::3]:
         eager = Planner(plan.lattice, weights).plan(task).plan
         assert eager is not None

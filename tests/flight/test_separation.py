@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from swarmproof.assess import separation
-from swarmproof.assess.between import Closest
-from swarmproof.assess.separation import CHUNK, Separation
+from swarmproof.monitor import separation
+from swarmproof.monitor.bernstein import Closest
+from swarmproof.monitor.separation import CHUNK, Separation
 from swarmproof.motion.lattice import Floats
 from swarmproof.motion.pairs import Pairs
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from tests.flight.settings import GARBAGE, recorded
 
+from swarmproof.dmpc_swarm.planner.planner import Planner
 from swarmproof.motion.lattice import Floats
-from swarmproof.planning.planner import Planner
-from swarmproof.planning.solvers import GAP, TOLERANCE, Answer, QuadraticProgram, Solver, Status, solve_with_piqp
+from swarmproof.qp.solvers import GAP, TOLERANCE, Answer, QuadraticProgram, Solver, Status, solve_with_piqp
 from swarmproof.scenario.scenario import Weights
 
 #: The optimum x is about as near as the square root of the gap, whose curvature is 1 here; twice it for all axes.

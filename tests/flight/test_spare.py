@@ -12,14 +12,14 @@ from hypothesis import strategies as st
 from tests.flight.settings import HORIZON, SPACE, a_task, hover, setting
 from tests.margin.settings import TILTED, examples
 
-from swarmproof.assess.judge import Flown
-from swarmproof.assess.run import fly
-from swarmproof.channel.grammar import parse
+from swarmproof.dmpc_swarm.flight.judge import Flown
+from swarmproof.dmpc_swarm.flight.run import fly
+from swarmproof.dmpc_swarm.planner import problem
+from swarmproof.dmpc_swarm.planner.planner import Planner
+from swarmproof.dmpc_swarm.planner.problem import SPARE, Model
 from swarmproof.errors import BadInput
+from swarmproof.faults.grammar import parse
 from swarmproof.motion.lattice import COARSEST, Bounds, Floats, Lattice
-from swarmproof.planning import problem
-from swarmproof.planning.planner import Planner
-from swarmproof.planning.problem import SPARE, Model
 from swarmproof.scenario.scenario import Weights, load
 from swarmproof.theorem3.parameters import Parameters
 

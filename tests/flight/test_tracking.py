@@ -11,10 +11,10 @@ from tests.flight.flights import scenario, violated
 from tests.flight.settings import lattice, setting
 from tests.points import points
 
-from swarmproof.assess.judge import FlightVerdict, Flown
-from swarmproof.assess.run import fly
-from swarmproof.channel.grammar import parse
-from swarmproof.flight.tracking import TrackingError
+from swarmproof.dmpc_swarm.flight.judge import FlightVerdict, Flown
+from swarmproof.dmpc_swarm.flight.run import fly
+from swarmproof.dmpc_swarm.flight.tracking import TrackingError
+from swarmproof.faults.grammar import parse
 from swarmproof.motion.lattice import Floats, Lattice
 
 F = Fraction

@@ -11,17 +11,17 @@ from hypothesis import strategies as st
 from tests.flight.settings import GARBAGE, hover, lattice, setting, wander
 from tests.margin.settings import examples
 
-from swarmproof.channel.grammar import parse
-from swarmproof.flight.state import Round
-from swarmproof.mlr.algorithm1 import CuState
-from swarmproof.mlr.event_trigger import JUST_RECALCULATED, NO_OPINION, top_priorities
+from swarmproof.dmpc_swarm.flight.state import Round
+from swarmproof.dmpc_swarm.planner.outlook import ARRIVED, NEIGHBOURHOOD, STILL, Outlook, look
+from swarmproof.dmpc_swarm.planner.plan import Plan
+from swarmproof.dmpc_swarm.planner.planner import Planner
+from swarmproof.dmpc_swarm.planner.trigger import DEADLOCKED, LARGEST, LONGEST, OLDEST, SHORTEST, priorities
+from swarmproof.dmpc_swarm.protocol.algorithm1 import CuState
+from swarmproof.dmpc_swarm.protocol.event_trigger import JUST_RECALCULATED, NO_OPINION, top_priorities
+from swarmproof.dmpc_swarm.trigger import Trigger
+from swarmproof.faults.grammar import parse
 from swarmproof.motion.lattice import Floats
-from swarmproof.planning.outlook import ARRIVED, NEIGHBOURHOOD, STILL, Outlook, look
-from swarmproof.planning.plan import Plan
-from swarmproof.planning.planner import Planner
-from swarmproof.planning.trigger import DEADLOCKED, LARGEST, LONGEST, OLDEST, SHORTEST, priorities
 from swarmproof.scenario.scenario import USUAL, Choices
-from swarmproof.semantics.trigger import Trigger
 
 EVERY = pytest.mark.parametrize("trigger", list(Trigger))
 DISTANCES = st.one_of(st.just(0.0), st.floats(1e-6, 1e6))

@@ -31,7 +31,7 @@ import sys
 import swarmproof.__main__  # which makes signals those of the program
 from swarmproof.cli import main
 from swarmproof.commands import reproduce as command
-from swarmproof.reproduce import decide
+from swarmproof.campaign import decide
 from tests.reproduce.test_command import CLAIMS, observing, small
 if __name__ == "__main__":
     command.EXPERIMENTS = {"fig4": small(observing())}

@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 
 from tests.quality.planting import Edit
 
-from swarmproof.explore.identities import Abstraction
-from swarmproof.mlr import algorithm1, algorithm2, event_trigger, uav
+from swarmproof.dmpc_swarm.protocol import algorithm1, algorithm2, event_trigger, uav
+from swarmproof.dmpc_swarm.symmetry import Abstraction
 
 #: (rounds, lost messages) of the shortest run; None for a goal that is never reached, which no run can show.
 Caught = tuple[int, int] | None

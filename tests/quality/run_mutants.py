@@ -184,7 +184,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="make mutants", description=__doc__)
     parser.add_argument("--processes", type=int, default=2, help="at a time (default: 2)")
     parser.add_argument("--results", type=Path, default=Path("out/mutants"), help="folder of what is known already")
-    parser.add_argument("modules", nargs="*", default=list(SUITES), help="such as swarmproof.verify.watch")
+    parser.add_argument("modules", nargs="*", default=list(SUITES), help="such as swarmproof.monitor.watch")
     options = parser.parse_args(arguments)
     for module in options.modules:
         if module not in SUITES:

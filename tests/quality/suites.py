@@ -10,8 +10,11 @@ _CHECKER = (
 
 #: By module, stage by stage, arguments of pytest. A mutant that passes a stage meets the next one.
 SUITES: dict[str, tuple[tuple[str, ...], ...]] = {
-    "swarmproof.planning.accept": (("tests/flight/test_accept_rounding.py",), ("tests/flight/test_accept.py",)),
-    "swarmproof.assess.separation": (
+    "swarmproof.dmpc_swarm.planner.accept": (
+        ("tests/flight/test_accept_rounding.py",),
+        ("tests/flight/test_accept.py",),
+    ),
+    "swarmproof.monitor.separation": (
         ("tests/flight/test_separation.py",),
         ("tests/flight/test_judge.py", "-k", "separation or late or collision"),
     ),
@@ -23,7 +26,7 @@ SUITES: dict[str, tuple[tuple[str, ...], ...]] = {
         ("tests/test_recovery.py", "-k", "not networkx and not of_the_model and not chunks"),
         ("tests/test_recovery.py",),
     ),
-    "swarmproof.verify.watch": (("tests/test_watch.py",), ("tests/test_search.py",)),
+    "swarmproof.monitor.watch": (("tests/test_watch.py",), ("tests/test_search.py",)),
 }
 
 #: Modules whose mutants were not all run yet, so that nobody knows how many survive; `make mutants` does, and says so.

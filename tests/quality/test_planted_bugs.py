@@ -9,14 +9,14 @@ from tests.bruteforce import plain_search
 from tests.quality.bugs import BASE_STATES, BASE_STATES_ROUND_ROBIN, CAUGHT, HARMLESS, NAMED, Bug, Caught, NamedBug
 from tests.quality.planting import Edit, plant
 
-from swarmproof.claims.observed import ObservedSwarm
-from swarmproof.claims.registry import CLAIMS, Claim, Kind
-from swarmproof.explore.identities import Abstraction
+from swarmproof.dmpc_swarm.claims.observed import ObservedSwarm
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, Claim, Kind
+from swarmproof.dmpc_swarm.protocol import algorithm1, algorithm2
+from swarmproof.dmpc_swarm.semantics import Semantics
+from swarmproof.dmpc_swarm.symmetry import Abstraction
+from swarmproof.explore.decide import Decided, Result, Scope, Verdict, verify
 from swarmproof.explore.search import Limits
-from swarmproof.mlr import algorithm1, algorithm2
-from swarmproof.semantics.switches import Semantics
-from swarmproof.traces.trace import record, replay
-from swarmproof.verify.decide import Decided, Result, Scope, Verdict, verify
+from swarmproof.trace.trace import record, replay
 
 ROUND_ROBIN = ("event_trigger=round-robin",)
 

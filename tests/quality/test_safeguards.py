@@ -12,11 +12,10 @@ from tests.flight import test_accept_rounding, test_separation
 from tests.margin import test_check_planes
 from tests.quality.planting import Edit, plant
 
-from swarmproof.assess import separation
+from swarmproof.dmpc_swarm.planner import accept
 from swarmproof.explore import recovery
 from swarmproof.margin import check_planes
-from swarmproof.planning import accept
-from swarmproof.verify import watch
+from swarmproof.monitor import separation, watch
 
 
 @dataclass(frozen=True)

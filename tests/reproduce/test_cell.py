@@ -10,13 +10,13 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from swarmproof.assess.run import Setting
-from swarmproof.channel.grammar import parse
-from swarmproof.channel.losses import Losses
+from swarmproof.campaign.trial import DIGITS, Cell
+from swarmproof.dmpc_swarm.flight.run import Setting
+from swarmproof.dmpc_swarm.trigger import Trigger
 from swarmproof.errors import BadInput
+from swarmproof.faults.grammar import parse
+from swarmproof.faults.losses import Losses
 from swarmproof.options import parser
-from swarmproof.reproduce.cell import DIGITS, Cell
-from swarmproof.semantics.trigger import Trigger
 
 CELL = Cell("random", 3, "DT", "iid:0.25", "ignore-loss", 7, 40, ("uavs=5", "hold=20"))
 #: The same with each field changed in turn.

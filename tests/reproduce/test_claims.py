@@ -8,7 +8,12 @@ from math import inf, isnan
 
 import pytest
 
-from swarmproof.claims.experiments import (
+from swarmproof.campaign import experiment
+from swarmproof.campaign.decide import Agreement, decide, decide_variant
+from swarmproof.campaign.store import Stored
+from swarmproof.campaign.trial import Cell
+from swarmproof.claims.samples import ExperimentClaim, Missing, Observation, Ordering, Value, read
+from swarmproof.dmpc_swarm.claims.experiments import (
     EXPERIMENT_CLAIMS,
     FOR_EVER,
     FORMATIONS,
@@ -23,13 +28,8 @@ from swarmproof.claims.experiments import (
     maximum,
     similar,
 )
-from swarmproof.claims.repeated import ExperimentClaim, Missing, Observation, Ordering, Value, read
-from swarmproof.reproduce import experiment
-from swarmproof.reproduce.cell import Cell
-from swarmproof.reproduce.decide import Agreement, decide, decide_variant
-from swarmproof.reproduce.experiments import EXPERIMENTS
-from swarmproof.reproduce.measure import RADII, Leg, Measured
-from swarmproof.reproduce.store import Stored
+from swarmproof.dmpc_swarm.experiments.experiments import EXPERIMENTS
+from swarmproof.dmpc_swarm.experiments.measure import RADII, Leg, Measured
 
 AGREES, DISAGREES, UNDECIDED = Agreement.AGREES, Agreement.DISAGREES, Agreement.UNDECIDED
 BY_ID = {claim.id: claim for claim in EXPERIMENT_CLAIMS}

@@ -17,19 +17,19 @@ from typing import Any
 
 import pytest
 
-from swarmproof.claims.experiments import IGNORING, MLR
-from swarmproof.claims.repeated import ExperimentClaim, Never, Observation, Sometimes, Value
+from swarmproof.campaign import decide as decide_module
+from swarmproof.campaign import provenance as made_by_module
+from swarmproof.campaign import store as store_module
+from swarmproof.campaign.experiment import AS_CHOSEN, Experiment, Variant
+from swarmproof.campaign.store import Store, Stored
+from swarmproof.campaign.trial import Cell
+from swarmproof.claims.samples import ExperimentClaim, Never, Observation, Sometimes, Value
 from swarmproof.cli import main
 from swarmproof.commands import reproduce as command
+from swarmproof.dmpc_swarm.claims.experiments import IGNORING, MLR
+from swarmproof.dmpc_swarm.experiments.measure import REACHED, Measured, measure
 from swarmproof.exit_codes import ExitCode
-from swarmproof.report import reproduce_words
-from swarmproof.reproduce import decide as decide_module
-from swarmproof.reproduce import made_by as made_by_module
-from swarmproof.reproduce import store as store_module
-from swarmproof.reproduce.cell import Cell
-from swarmproof.reproduce.experiment import AS_CHOSEN, Experiment, Variant
-from swarmproof.reproduce.measure import REACHED, Measured, measure
-from swarmproof.reproduce.store import Store, Stored
+from swarmproof.pages.experiments import words as reproduce_words
 
 Json = dict[str, Any]
 Observe = Callable[[Cell, Measured, float], list[Observation]]
@@ -471,7 +471,7 @@ def test_an_interrupted_run_goes_on(
         "import os, signal, sys, threading\n"
         "from swarmproof.cli import main\n"
         "from swarmproof.commands import reproduce as command\n"
-        "from swarmproof.reproduce.store import Store\n"
+        "from swarmproof.campaign.store import Store\n"
         "from swarmproof.reproduce import decide\n"
         "from tests.reproduce.test_command import CLAIMS, many\n"
         "kept, put = [], Store.put\n"

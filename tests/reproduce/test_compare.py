@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarmproof.reproduce.compare import compare, fewest, median_interval, proportion_interval, shared
+from swarmproof.campaign.statistics import compare, fewest, median_interval, proportion_interval, shared
 
 #: Small numbers with ties, and what did not happen.
 TIMES = st.one_of(st.integers(0, 5).map(float), st.just(inf))

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from tests.margin.settings import examples
 from tests.reproduce.test_claims import BY_ID, CASES, flown
 
-from swarmproof.claims.repeated import Comparison, ExperimentClaim, Never, Observation, Ordering, Sometimes, Value, read
-from swarmproof.reproduce.compare import proportion_interval
-from swarmproof.reproduce.decide import Agreement, decide, decide_variant
-from swarmproof.reproduce.experiments import EXPERIMENTS
-from swarmproof.reproduce.store import Stored
+from swarmproof.campaign.decide import Agreement, decide, decide_variant
+from swarmproof.campaign.statistics import proportion_interval
+from swarmproof.campaign.store import Stored
+from swarmproof.claims.samples import Comparison, ExperimentClaim, Never, Observation, Ordering, Sometimes, Value, read
+from swarmproof.dmpc_swarm.experiments.experiments import EXPERIMENTS
 
 AGREES, DISAGREES, UNDECIDED = Agreement.AGREES, Agreement.DISAGREES, Agreement.UNDECIDED
 

@@ -10,17 +10,25 @@ from itertools import product
 
 import pytest
 
-from swarmproof.assess.run import Setting
-from swarmproof.channel.losses import Iid, Jam
-from swarmproof.claims.experiments import EXPERIMENT_CLAIMS, FOR_EVER, FORMATIONS, IGNORING, MLR, PERIOD_S, PRINTED
-from swarmproof.claims.repeated import Observation
+from swarmproof.campaign.experiment import AS_CHOSEN, JITTER, METHODS, Experiment, Variant, seconds
+from swarmproof.campaign.trial import Cell
+from swarmproof.claims.samples import Observation
+from swarmproof.dmpc_swarm.claims.experiments import (
+    EXPERIMENT_CLAIMS,
+    FOR_EVER,
+    FORMATIONS,
+    IGNORING,
+    MLR,
+    PERIOD_S,
+    PRINTED,
+)
+from swarmproof.dmpc_swarm.experiments.experiments import EXPERIMENTS
+from swarmproof.dmpc_swarm.experiments.measure import RADII, REACHED, Leg, Measured
+from swarmproof.dmpc_swarm.flight.run import Setting
+from swarmproof.dmpc_swarm.semantics import PRESETS, Semantics
+from swarmproof.dmpc_swarm.trigger import Trigger
+from swarmproof.faults.losses import Iid, Jam
 from swarmproof.motion.lattice import Lattice
-from swarmproof.reproduce.cell import Cell
-from swarmproof.reproduce.experiment import AS_CHOSEN, JITTER, METHODS, Experiment, Variant, seconds
-from swarmproof.reproduce.experiments import EXPERIMENTS
-from swarmproof.reproduce.measure import RADII, REACHED, Leg, Measured
-from swarmproof.semantics.switches import PRESETS, Semantics
-from swarmproof.semantics.trigger import Trigger
 
 NAMES = list(EXPERIMENTS)
 both = pytest.mark.parametrize("quick", [False, True], ids=["full", "quick"])

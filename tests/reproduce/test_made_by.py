@@ -17,21 +17,23 @@ from typing import Any
 
 import pytest
 
-from swarmproof.assess import judge
-from swarmproof.claims import experiments, flight, predicates
-from swarmproof.mlr import algorithm2
-from swarmproof.planning import detour, outlook, qp
-from swarmproof.reproduce import cell, measure, store, sweep
-from swarmproof.reproduce import made_by as module
-from swarmproof.reproduce.made_by import made_by, modules
+from swarmproof.campaign import provenance as module
+from swarmproof.campaign import store, sweep
+from swarmproof.campaign import trial as cell
+from swarmproof.campaign.provenance import made_by, modules
+from swarmproof.dmpc_swarm.claims import experiments, flight, predicates
+from swarmproof.dmpc_swarm.experiments import measure
+from swarmproof.dmpc_swarm.flight import judge
+from swarmproof.dmpc_swarm.planner import detour, outlook, qp
+from swarmproof.dmpc_swarm.protocol import algorithm2
 from swarmproof.scenario import choices, formations, scenario
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 #: A flight, what it loads, and what it reads; told as JSON.
 WATCHED = """
 import json, sys
-from swarmproof.reproduce.cell import Cell
-from swarmproof.reproduce.measure import measure
+from swarmproof.campaign.trial import Cell
+from swarmproof.dmpc_swarm.experiments.measure import measure
 read = []
 sys.addaudithook(lambda event, arguments: read.append(str(arguments[0])) if event == "open" else None)
 for scenario in ("crossing", "circle", "random", "formations"):
@@ -158,10 +160,10 @@ def test_where_ours_is_found_does_not_count(tmp_path: Path) -> None:
         path.write_text(f"{text}\nlook()\n", encoding="utf-8")
         return module._rules(path)
 
-    here = rules("import numpy\nfrom swarmproof.planning.outlook import look")
+    here = rules("import numpy\nfrom swarmproof.dmpc_swarm.planner.outlook import look")
     assert rules("import numpy\nfrom swarmproof.elsewhere.far import look") == here
-    assert rules("import numpy\nfrom swarmproof.planning.outlook import Outlook as look") != here
-    assert rules("import numpy as np\nfrom swarmproof.planning.outlook import look") != here
+    assert rules("import numpy\nfrom swarmproof.dmpc_swarm.planner.outlook import Outlook as look") != here
+    assert rules("import numpy as np\nfrom swarmproof.dmpc_swarm.planner.outlook import look") != here
     assert rules("import numpy\nfrom scipy import look") != here
 
 
@@ -250,7 +252,7 @@ def test_it_does_not_matter_where_the_code_is(tmp_path: Path) -> None:
     code = (
         "from swarmproof.reproduce import made_by as module\n"
         "print(module.__file__, module.made_by()['swarmproof'])\n"
-        "path = module.modules()['swarmproof.planning.outlook']\n"
+        "path = module.modules()['swarmproof.dmpc_swarm.planner.outlook']\n"
         "path.write_text(path.read_text().replace('ARRIVED = 0.05', 'ARRIVED = 0.06'))\n"
         "module.made_by.cache_clear()\n"
         "print(path, module.made_by()['swarmproof'])\n"

@@ -18,15 +18,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from swarmproof.assess import run
-from swarmproof.assess.judge import FlightVerdict, Flown
+from swarmproof.campaign.trial import Cell
 from swarmproof.cli import main
-from swarmproof.flight.state import Round
-from swarmproof.mlr.algorithm1 import CuState
-from swarmproof.mlr.messages import TrajectoryMessage
-from swarmproof.reproduce import measure as module
-from swarmproof.reproduce.cell import Cell
-from swarmproof.reproduce.measure import RADII, REACHED, Leg, Measured, measure
+from swarmproof.dmpc_swarm.experiments import measure as module
+from swarmproof.dmpc_swarm.experiments.measure import RADII, REACHED, Leg, Measured, measure
+from swarmproof.dmpc_swarm.flight import run
+from swarmproof.dmpc_swarm.flight.judge import FlightVerdict, Flown
+from swarmproof.dmpc_swarm.flight.state import Round
+from swarmproof.dmpc_swarm.protocol.algorithm1 import CuState
+from swarmproof.dmpc_swarm.protocol.messages import TrajectoryMessage
 
 #: Loss, and targets that are not reached.
 SHORT = Cell("crossing", 2, "HT", "iid:0.1", "guarded", 0, 15)
@@ -311,8 +311,8 @@ def test_another_process_measures_the_same() -> None:
     """To the bit, in a process with another order of sets, and after other flights."""
     code = (
         "import sys, json\n"
-        "from swarmproof.reproduce.cell import Cell\n"
-        "from swarmproof.reproduce.measure import measure\n"
+        "from swarmproof.campaign.trial import Cell\n"
+        "from swarmproof.dmpc_swarm.experiments.measure import measure\n"
         "for cell in (Cell('crossing', 1, 'RR', 'none', 'printed', 5, 4), *eval(sys.argv[1])):\n"
         "    print(json.dumps(measure(cell).as_json()))\n"
     )

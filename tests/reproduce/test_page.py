@@ -14,19 +14,19 @@ from statistics import median
 
 import pytest
 
-from swarmproof.claims.experiments import FORMATIONS, IGNORING, MLR, claims_of
+from swarmproof.campaign.decide import decide_variant
+from swarmproof.campaign.experiment import Experiment, Variant
+from swarmproof.campaign.store import Stored
+from swarmproof.campaign.trial import Cell
+from swarmproof.dmpc_swarm.claims.experiments import FORMATIONS, IGNORING, MLR, claims_of
+from swarmproof.dmpc_swarm.experiments.experiments import EXPERIMENTS
+from swarmproof.dmpc_swarm.experiments.measure import RADII, REACHED, Leg, Measured
 from swarmproof.output import ReportFolder
-from swarmproof.report.reproduce_formations_plots import arrivals, total
-from swarmproof.report.reproduce_numbers import Data, counted, distances, times
-from swarmproof.report.reproduce_page import put_reproduction, shown
-from swarmproof.report.reproduce_plots import pictures
-from swarmproof.report.reproduce_tables import tables
-from swarmproof.reproduce.cell import Cell
-from swarmproof.reproduce.decide import decide_variant
-from swarmproof.reproduce.experiment import Experiment, Variant
-from swarmproof.reproduce.experiments import EXPERIMENTS
-from swarmproof.reproduce.measure import RADII, REACHED, Leg, Measured
-from swarmproof.reproduce.store import Stored
+from swarmproof.pages.experiments.formations_plots import arrivals, total
+from swarmproof.pages.experiments.numbers import Data, counted, distances, times
+from swarmproof.pages.experiments.page import put_reproduction, shown
+from swarmproof.pages.experiments.plots import pictures
+from swarmproof.pages.experiments.tables import tables
 
 Found = Mapping[Cell, Stored]
 

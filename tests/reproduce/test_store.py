@@ -14,13 +14,13 @@ from typing import Any
 
 import pytest
 
+from swarmproof.campaign import store as module
+from swarmproof.campaign.consistent import fault
+from swarmproof.campaign.provenance import made_by
+from swarmproof.campaign.store import FORMAT, Store, Stored
+from swarmproof.campaign.trial import Cell
+from swarmproof.dmpc_swarm.experiments.measure import RADII, Leg, Measured, measure
 from swarmproof.errors import BadInput, Failed
-from swarmproof.reproduce import store as module
-from swarmproof.reproduce.cell import Cell
-from swarmproof.reproduce.consistent import fault
-from swarmproof.reproduce.made_by import made_by
-from swarmproof.reproduce.measure import RADII, Leg, Measured, measure
-from swarmproof.reproduce.store import FORMAT, Store, Stored
 
 Json = dict[str, Any]
 
@@ -54,9 +54,9 @@ PUT = f"""
 import sys
 from pathlib import Path
 from math import *
-from swarmproof.reproduce.cell import Cell
-from swarmproof.reproduce.measure import Leg, Measured
-from swarmproof.reproduce.store import Store, Stored
+from swarmproof.campaign.trial import Cell
+from swarmproof.dmpc_swarm.experiments.measure import Leg, Measured
+from swarmproof.campaign.store import Store, Stored
 cell, stored, store = {CELL!r}, {STORED!r}, Store(Path(sys.argv[1]))
 failed = missing = 0
 for _ in range(100):

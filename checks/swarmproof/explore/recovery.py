@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from swarmproof.explore.rounds import Rounds
+from swarmproof.dmpc_swarm.protocol.algorithm1 import CuState
+from swarmproof.dmpc_swarm.rounds import Rounds
 from swarmproof.explore.search import CHUNK, Exploration
-from swarmproof.mlr.algorithm1 import CuState
 
 Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]

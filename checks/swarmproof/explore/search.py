@@ -8,8 +8,8 @@ from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from swarmproof.explore.keys import TooLarge
-from swarmproof.explore.rounds import PARENT_BITS, PARENT_MASK, Frontier, Rounds
+from swarmproof.dmpc_swarm.encoding import TooLarge
+from swarmproof.dmpc_swarm.rounds import PARENT_BITS, PARENT_MASK, Frontier, Rounds
 
 #: Swarms taken through a round together; a limit or an interrupt is noticed after each chunk.
 CHUNK = 20_000

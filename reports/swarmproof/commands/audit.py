@@ -10,16 +10,16 @@ from rich.markup import escape
 from rich.table import Table
 
 from swarmproof import terminal
-from swarmproof.audit.decide import Audited, audit
-from swarmproof.audit.table import UNDER_20, CellAudit, audit_cells
-from swarmproof.claims.proofs.pairs import PAIRS
-from swarmproof.claims.proofs.registry import select_proof_claims
+from swarmproof.claims.proof import ProofVerdict, Reading
+from swarmproof.dmpc_swarm.pair_table import UNDER_20, CellAudit, audit_cells
+from swarmproof.dmpc_swarm.proofs.pairs import PAIRS
+from swarmproof.dmpc_swarm.proofs.registry import select_proof_claims
+from swarmproof.dmpc_swarm.proofs.terms.cells import ROLES
 from swarmproof.exit_codes import ExitCode
 from swarmproof.output import deliver, publish, reserve_file, reserve_report, write_json
-from swarmproof.report import audit_words
-from swarmproof.report.audit_page import audit_page
-from swarmproof.statements.cells import ROLES
-from swarmproof.statements.claim import ProofVerdict, Reading
+from swarmproof.pages.proofs import words as audit_words
+from swarmproof.pages.proofs.page import audit_page
+from swarmproof.prove.decide import Audited, audit
 
 _COLOURS: dict[str, str] = {
     ProofVerdict.PROVED: "green",

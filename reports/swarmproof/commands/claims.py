@@ -11,10 +11,10 @@ from rich.markup import escape
 from rich.table import Table
 
 from swarmproof import terminal
-from swarmproof.claims.experiments import EXPERIMENT_CLAIMS
-from swarmproof.claims.flight import FLIGHT_CLAIMS, FlightClaim
-from swarmproof.claims.proofs.registry import PROOF_CLAIMS
-from swarmproof.claims.registry import CLAIMS, Claim
+from swarmproof.dmpc_swarm.claims.experiments import EXPERIMENT_CLAIMS
+from swarmproof.dmpc_swarm.claims.flight import FLIGHT_CLAIMS, FlightClaim
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, Claim
+from swarmproof.dmpc_swarm.proofs.registry import PROOF_CLAIMS
 from swarmproof.exit_codes import ExitCode
 
 _STYLE: dict[str, Any] = {"show_lines": True, "title_justify": "left"}

@@ -13,24 +13,25 @@ from rich.markup import escape
 from rich.table import Table
 
 from swarmproof import terminal
-from swarmproof.assess.adversary import Worst, parse_budget, search
-from swarmproof.assess.exhaustive import Decided, Exhaustive, explore_flights, parse_rounds
-from swarmproof.assess.judge import Flown, Judged
-from swarmproof.assess.log import Log
-from swarmproof.assess.positions import Positions
-from swarmproof.assess.run import Setting, fly
-from swarmproof.channel.grammar import Loss, parse
-from swarmproof.channel.losses import LossModel, Recorded
-from swarmproof.channel.script import script_text
+from swarmproof.dmpc_swarm.flight.adversary import Worst, parse_budget, search
+from swarmproof.dmpc_swarm.flight.exhaustive import Decided, Exhaustive, explore_flights, parse_rounds
+from swarmproof.dmpc_swarm.flight.judge import Flown, Judged
+from swarmproof.dmpc_swarm.flight.log import Log
+from swarmproof.dmpc_swarm.flight.positions import Positions
+from swarmproof.dmpc_swarm.flight.run import Setting, fly
+from swarmproof.dmpc_swarm.flight.state import Round
 from swarmproof.errors import BadInput
 from swarmproof.exit_codes import ExitCode
 from swarmproof.explore.search import Limits
-from swarmproof.flight.state import Round
+from swarmproof.faults.grammar import Loss, parse
+from swarmproof.faults.losses import LossModel, Recorded
+from swarmproof.faults.script import script_text
 from swarmproof.options.fly import SEARCHES
 from swarmproof.output import ReportFolder, deliver, publish, reserve_file, reserve_report, write_json
-from swarmproof.report import flight_page, flight_words
-from swarmproof.report.flight_patterns import put_patterns
-from swarmproof.report.flight_positions import check_format, write_positions
+from swarmproof.pages.flight import page as flight_page
+from swarmproof.pages.flight import words as flight_words
+from swarmproof.pages.flight.patterns import put_patterns
+from swarmproof.pages.flight.positions import check_format, write_positions
 
 MOST_ROUNDS = 100_000
 _COLOURS: dict[str, str] = {

@@ -23,7 +23,10 @@ from swarmproof.margin.problem import Problem
 from swarmproof.margin.solve import Extreme, solve_for
 from swarmproof.margin.sweep import MOST_BYTES, Axis, certificate_text, file_name, problems, sweep
 from swarmproof.output import deliver, reserve_file, reserve_folder, write_json
-from swarmproof.report import margin_more, margin_plot, margin_words, rounding
+from swarmproof.pages import rounding
+from swarmproof.pages.margin import more as margin_more
+from swarmproof.pages.margin import plot as margin_plot
+from swarmproof.pages.margin import words as margin_words
 from swarmproof.theorem3.fleet import Kind, pairs, read_kinds
 from swarmproof.theorem3.inequality import Truth
 from swarmproof.theorem3.numbers import read_toml

@@ -9,12 +9,12 @@ from rich.markup import escape
 from rich.table import Table
 
 from swarmproof import terminal
+from swarmproof.dmpc_swarm.pages import names
+from swarmproof.dmpc_swarm.pages.causes import causes, what_is_false
+from swarmproof.dmpc_swarm.pages.story import Sentence, tell
+from swarmproof.dmpc_swarm.pages.tables import Cell, round_table
 from swarmproof.exit_codes import ExitCode
-from swarmproof.report import names
-from swarmproof.report.causes import causes, what_is_false
-from swarmproof.report.story import Sentence, tell
-from swarmproof.report.tables import Cell, round_table
-from swarmproof.traces.trace import Replay, load, replay
+from swarmproof.trace.trace import Replay, load, replay
 
 
 def run(options: argparse.Namespace) -> ExitCode:

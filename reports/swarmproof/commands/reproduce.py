@@ -12,17 +12,18 @@ from rich.progress import TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from swarmproof import streams, terminal
+from swarmproof.campaign.decide import Agreement, DecidedClaim, decide_variant
+from swarmproof.campaign.experiment import Experiment
+from swarmproof.campaign.store import Store, Stored
+from swarmproof.campaign.sweep import sweep
+from swarmproof.campaign.trial import Cell
+from swarmproof.dmpc_swarm.experiments.experiments import EXPERIMENTS
 from swarmproof.errors import BadInput
 from swarmproof.exit_codes import ExitCode
 from swarmproof.output import ReportFolder, deliver, publish, reserve_file, reserve_report, write_json
-from swarmproof.report import flight_page, reproduce_words
-from swarmproof.report.reproduce_page import put_reproduction
-from swarmproof.reproduce.cell import Cell
-from swarmproof.reproduce.decide import Agreement, DecidedClaim, decide_variant
-from swarmproof.reproduce.experiment import Experiment
-from swarmproof.reproduce.experiments import EXPERIMENTS
-from swarmproof.reproduce.store import Store, Stored
-from swarmproof.reproduce.sweep import sweep
+from swarmproof.pages.experiments import words as reproduce_words
+from swarmproof.pages.experiments.page import put_reproduction
+from swarmproof.pages.flight import page as flight_page
 
 MOST_PROCESSES = 256
 _COLOURS: dict[Agreement, str] = {

@@ -10,18 +10,18 @@ from rich.console import Console
 from rich.table import Table
 
 from swarmproof import streams, terminal
-from swarmproof.claims.registry import select_claims
+from swarmproof.campaign.matrix import RowResult, load_matrix, run_matrix, select_rows
+from swarmproof.dmpc_swarm.claims.protocol import select_claims
+from swarmproof.dmpc_swarm.semantics import Semantics
 from swarmproof.errors import BadInput
 from swarmproof.exit_codes import ExitCode
+from swarmproof.explore.decide import Decided, Result, Scope, Verdict, verify
 from swarmproof.explore.search import Limits
 from swarmproof.explore.search import Progress as SearchProgress
+from swarmproof.formats.verdicts import as_json
 from swarmproof.output import deliver, publish, reserve_file, reserve_report, write_json
-from swarmproof.report.matrix import matrix_json, put_matrix
-from swarmproof.report.verdicts import as_json
-from swarmproof.report.verification import put_result, traces_of
-from swarmproof.semantics.switches import Semantics
-from swarmproof.verify.decide import Decided, Result, Scope, Verdict, verify
-from swarmproof.verify.matrix import RowResult, load_matrix, run_matrix, select_rows
+from swarmproof.pages.matrix import matrix_json, put_matrix
+from swarmproof.pages.verification import put_result, traces_of
 
 _ABSTRACTED = (
     "Every loss of (message, receiver) pairs is taken; trajectories are identities; of a deprecated tracker only what "

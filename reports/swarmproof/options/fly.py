@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 
-from swarmproof.channel.forms import COMBINED, FORMS
+from swarmproof.dmpc_swarm.semantics import PRESETS
+from swarmproof.dmpc_swarm.trigger import Trigger
+from swarmproof.faults.forms import COMBINED, FORMS
 from swarmproof.options.values import add_limits, whole_number
 from swarmproof.scenario.scenario import SHIPPED
-from swarmproof.semantics.switches import PRESETS
-from swarmproof.semantics.trigger import Trigger
 
 #: Forms of --loss that are no loss models but searches for losses.
 SEARCHES = ("adversary:BUDGET", "exhaustive:ROUNDS")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 
-from swarmproof.claims.experiment_names import EXPERIMENT_NAMES
+from swarmproof.dmpc_swarm.claims.experiment_names import EXPERIMENT_NAMES
 from swarmproof.options.values import whole_number
 
 EXAMPLE = "swarmproof reproduce fig3b --quick --report out/fig3b"

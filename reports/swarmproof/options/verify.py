@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
+from swarmproof.dmpc_swarm.semantics import PRESETS
 from swarmproof.options.values import add_limits, positive_number
-from swarmproof.semantics.switches import PRESETS
 
 EXAMPLE = "swarmproof verify --uavs 2 --cus 2 --semantics guarded"
 DESCRIPTION = "Explore every message-loss pattern, over an unbounded number of rounds, and decide each claim."

@@ -1,0 +1,16 @@
+"""All evidence on file, by claim and question. Steps on the sample grid have none: they are decided by themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from swarmproof.dmpc_swarm.evidence import bounds, feasibility, rest, separation, tolerance
+from swarmproof.prove.evidence import Evidence
+
+EVIDENCE: Mapping[str, Mapping[str, Evidence]] = {
+    **separation.EVIDENCE,
+    **feasibility.EVIDENCE,
+    **rest.EVIDENCE,
+    **bounds.EVIDENCE,
+    **tolerance.EVIDENCE,
+}
