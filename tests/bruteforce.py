@@ -14,9 +14,10 @@ from swarmproof.dmpc_swarm.protocol.messages import Trajectory
 from swarmproof.dmpc_swarm.protocol.network import Reception, cu_receptions, uav_receptions
 from swarmproof.dmpc_swarm.protocol.swarm import Events, Swarm, all_decisions, compute, initial_swarm, step
 from swarmproof.dmpc_swarm.protocol.uav import adopt, offers
-from swarmproof.dmpc_swarm.rounds import PARENT_BITS, Rounds
+from swarmproof.dmpc_swarm.rounds import Rounds
 from swarmproof.dmpc_swarm.semantics import PRESETS, SWITCHES, Semantics
 from swarmproof.errors import BadInput
+from swarmproof.explore.steps import PARENT_BITS
 
 
 def single_switch_semantics() -> list[Semantics]:

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from swarmproof.claims.claim import Always
 from swarmproof.dmpc_swarm import rounds as rounds_module
 from swarmproof.dmpc_swarm import symmetry as identities
 from swarmproof.dmpc_swarm.claims.protocol import CLAIMS
@@ -18,10 +19,11 @@ from swarmproof.dmpc_swarm.protocol.algorithm2 import InformationTracker
 from swarmproof.dmpc_swarm.protocol.messages import Metadata, Trajectory
 from swarmproof.dmpc_swarm.protocol.swarm import Swarm
 from swarmproof.dmpc_swarm.protocol.uav import Uav
-from swarmproof.dmpc_swarm.rounds import PARENT_BITS, Rounds
+from swarmproof.dmpc_swarm.rounds import Rounds
 from swarmproof.dmpc_swarm.semantics import PRESETS, Semantics
 from swarmproof.dmpc_swarm.symmetry import Abstraction, canonical_swarm, forget
 from swarmproof.explore.search import Exploration, Limits, explore
+from swarmproof.explore.steps import PARENT_BITS
 
 ESSENTIAL, COUNTED, NOTHING = Abstraction.ESSENTIAL, Abstraction.COUNTED, Abstraction.NOTHING
 
@@ -81,7 +83,10 @@ def _within_rounds(names: list[Trajectory]) -> list[dict[Trajectory, Trajectory]
 def truth(rounds: Rounds, key: int) -> tuple[bool, ...]:
     """Return which claims' predicates are true in a swarm."""
     swarm = observe(rounds.unpack(key))
-    return tuple(claim.goal(swarm) if claim.goal is not None else not claim.broken_in(swarm) for claim in CLAIMS)
+    return tuple(
+        not claim.broken_in(swarm) if isinstance(claim.question, Always) else claim.question.goal(swarm)
+        for claim in CLAIMS
+    )
 
 
 def to_depth(rounds: Rounds, depth: int) -> Exploration:

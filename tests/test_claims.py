@@ -7,14 +7,16 @@ from dataclasses import replace
 
 import pytest
 
+from swarmproof.claims.claim import Always, Witness
 from swarmproof.dmpc_swarm.claims import predicates
 from swarmproof.dmpc_swarm.claims.observed import ObservedCu, ObservedSwarm, ObservedTracker, ObservedUav
 from swarmproof.dmpc_swarm.claims.predicates import Broken
-from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, Claim, Kind, select_claims
-from swarmproof.dmpc_swarm.claims.witnesses import WITNESSES, Witness
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, ProtocolClaim
+from swarmproof.dmpc_swarm.claims.witnesses import WITNESSES
 from swarmproof.dmpc_swarm.observe import observe
 from swarmproof.dmpc_swarm.protocol.swarm import initial_swarm
 from swarmproof.dmpc_swarm.semantics import PRESETS, Semantics
+from swarmproof.dmpc_swarm.system import SYSTEM
 from swarmproof.errors import BadInput
 
 OLD, NEW = "old", "new"
@@ -145,8 +147,11 @@ def test_can_plan_with_a_selection() -> None:
     assert not predicates.all_plan(swarm(one, replace(two, state="WAIT")))
 
 
-@pytest.mark.parametrize("claim", [claim for claim in CLAIMS if claim.per_uav is not None], ids=lambda c: c.id)
-def test_a_claim_about_uavs_looks_at_one_uav_at_a_time(claim: Claim) -> None:
+OF_UAVS = [one for one in CLAIMS if isinstance(one.question, Always) and one.question.part is not None]
+
+
+@pytest.mark.parametrize("claim", OF_UAVS, ids=lambda c: c.id)
+def test_a_claim_about_uavs_looks_at_one_uav_at_a_time(claim: ProtocolClaim) -> None:
     """Whether such a claim is broken for UAV 0 depends on nothing of UAV 1, and it names the UAV that it is about."""
     good, bad = valid(NEW), valid(OLD)
 
@@ -166,9 +171,7 @@ def test_only_safety_claims_are_broken_in_a_swarm() -> None:
     """A claim about runs is false in no single swarm."""
     hopeless = swarm(cu(valid(OLD), valid(OLD), state="WAIT"))
     for claim in CLAIMS:
-        assert (claim.kind is Kind.SAFETY) == (claim.goal is None)
-        assert (claim.kind is Kind.SAFETY) == (claim.per_uav is not None or claim.whole is not None)
-        if claim.kind is not Kind.SAFETY:
+        if not claim.is_safety:
             assert claim.broken_in(hopeless) == []
 
 
@@ -183,18 +186,18 @@ def test_the_claims_are_the_documented_ones() -> None:
         "recovery",
         "can-plan",
     ]
-    assert select_claims() == CLAIMS
-    assert [claim.id for claim in select_claims(["recovery", "lemma-1"])] == ["lemma-1", "recovery"]
+    assert SYSTEM.select_claims() == CLAIMS
+    assert [claim.id for claim in SYSTEM.select_claims(["recovery", "lemma-1"])] == ["lemma-1", "recovery"]
 
 
 def test_an_unknown_claim_is_bad_input() -> None:
     """A claim that does not exist is refused, with the names of those that do."""
     with pytest.raises(BadInput, match=r"no claim 'lemma-3': choose among lemma-1, .*can-plan"):
-        select_claims(["lemma-1", "lemma-3"])
+        SYSTEM.select_claims(["lemma-1", "lemma-3"])
 
 
 @pytest.mark.parametrize("claim", CLAIMS, ids=lambda c: c.id)
-def test_claims_about_selections_need_the_round_robin_trigger(claim: Claim) -> None:
+def test_claims_about_selections_need_the_round_robin_trigger(claim: ProtocolClaim) -> None:
     """Only one-planner-per-uav and same-selection depend on the trigger: they need event_trigger=round-robin."""
     needs = claim.id in ("one-planner-per-uav", "same-selection")
     for preset in PRESETS:
@@ -225,7 +228,7 @@ WITNESSED: dict[str, Callable[[ObservedSwarm], ObservedSwarm]] = {
 
 
 @pytest.mark.parametrize("witness", WITNESSES, ids=lambda w: w.id)
-def test_witnesses_see_their_situation(witness: Witness) -> None:
+def test_witnesses_see_their_situation(witness: Witness[ObservedSwarm]) -> None:
     """Each witness is seen in its situation, and in no swarm in which nothing special happens."""
     quiet = swarm(cu(valid(NEW), stale(OLD, NEW), state="REQUEST_TRAJECTORY"), cu(valid(NEW), valid(NEW)))
     assert not witness.seen_in(quiet)

@@ -16,8 +16,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from swarmproof.claims.verdict import Verdict
 from swarmproof.dmpc_swarm.claims.flight import FLIGHT_CLAIMS
-from swarmproof.dmpc_swarm.flight.judge import FlightVerdict, Flown, Judged
+from swarmproof.dmpc_swarm.flight.judge import Flown, Judged
 from swarmproof.dmpc_swarm.flight.log import Log, Logged, Outcome, moved
 from swarmproof.dmpc_swarm.flight.run import Setting, fly
 from swarmproof.dmpc_swarm.planner.planner import Planned
@@ -133,16 +134,16 @@ def test_the_page_has_every_verdict(name: str) -> None:
         for words in (judged.claim.id, judged.claim.wording, judged.claim.place, judged.why):
             assert re.sub(r"\s+", " ", words) in row
         assert {
-            FlightVerdict.VIOLATED: "✗ violated",
-            FlightVerdict.NOT_VIOLATED: "✓ not violated",
-            FlightVerdict.UNDECIDED: "? undecided",
-            FlightVerdict.NOT_APPLICABLE: "– not applicable",
+            Verdict.VIOLATED: "✗ violated",
+            Verdict.NOT_VIOLATED: "✓ not violated",
+            Verdict.UNDECIDED: "? undecided",
+            Verdict.NOT_APPLICABLE: "– not applicable",
         }[judged.verdict] in row
         tag = re.search(rf'id="claim-{judged.claim.id}".*?class="tag (\w+)"', page, re.DOTALL)
         assert tag is not None
-        assert (tag[1] == "bad") == (judged.verdict is FlightVerdict.VIOLATED)
+        assert (tag[1] == "bad") == (judged.verdict is Verdict.VIOLATED)
     first, second = re.findall(r'<section class="(box(?: good)?)">\n<strong class="what">(.)', page)[:2]
-    collided = any(judged.verdict is FlightVerdict.VIOLATED and "eq-2" in judged.claim.id for judged in one[2].claims)
+    collided = any(judged.verdict is Verdict.VIOLATED and "eq-2" in judged.claim.id for judged in one[2].claims)
     assert first == (("box", "✗") if collided else ("box good", "✓"))
     assert (second == ("box good", "✓")) == (not one[2].violated)
 
@@ -381,10 +382,10 @@ def test_violations_are_marked_when_they_happen() -> None:
     """A line marks the first violation of a claim about rounds; a claim about the whole flight has no such time."""
     _, _, flown, _ = violating()
     times = first_violations(flown, 0.2)
-    broken = {judged.rounds for judged in flown.claims if judged.verdict is FlightVerdict.VIOLATED}
+    broken = {judged.rounds for judged in flown.claims if judged.verdict is Verdict.VIOLATED}
     assert times == [pytest.approx(0.2 * k) for k in sorted(k for k in broken if k is not None)]
     arrives = next(claim for claim in FLIGHT_CLAIMS if claim.id == "arrives")
-    late = Judged(arrives, FlightVerdict.VIOLATED, "late", rounds=25)
+    late = Judged(arrives, Verdict.VIOLATED, "late", rounds=25)
     assert first_violations(replace(flown, claims=(late,)), 0.2) == []
     assert first_violations(seen()[2], 0.2) == []
 

@@ -16,7 +16,7 @@ import pytest
 from swarmproof.cli import main
 from swarmproof.commands import fly as command
 from swarmproof.dmpc_swarm.claims.flight import FLIGHT_CLAIMS
-from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, Kind
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS
 from swarmproof.dmpc_swarm.flight.exhaustive import Exhaustive, explore_flights
 from swarmproof.dmpc_swarm.flight.judge import Judge
 from swarmproof.dmpc_swarm.flight.run import Setting
@@ -77,7 +77,7 @@ CLAIM_KEYS: dict[str, tuple[type, ...]] = {
     "cus": (list, type(None)),
     "time": (float, type(None)),
 }
-SAFETY = [claim.id for claim in CLAIMS if claim.kind is Kind.SAFETY]
+SAFETY = [claim.id for claim in CLAIMS if claim.is_safety]
 
 
 def no_constants(name: str) -> float:

@@ -15,6 +15,7 @@ from swarmproof.commands import verify as verify_command
 from swarmproof.dmpc_swarm.claims.protocol import CLAIMS
 from swarmproof.dmpc_swarm.record import configurations
 from swarmproof.dmpc_swarm.semantics import PRESETS, SWITCHES, Semantics
+from swarmproof.dmpc_swarm.system import SYSTEM
 from swarmproof.explore.search import Limits
 
 
@@ -24,25 +25,25 @@ def unheard(told: object) -> None:
 
 def small_rows() -> list[Row]:
     """Return rows that take no time."""
-    return select_rows(load_matrix(), 2, 1, None)
+    return select_rows(load_matrix(SYSTEM), {"uavs": 2, "cus": 1}, None)
 
 
 def test_matrix_has_every_preset_and_switch_value() -> None:
     """At 2 x 2 every preset is recorded, and for each every value of every switch that can be set."""
-    recorded = {(row.uavs, row.cus, row.scope.semantics) for row in load_matrix()}
+    recorded = {(row.size, row.scope.reading) for row in load_matrix(SYSTEM)}
     for preset in PRESETS:
-        assert (2, 2, Semantics.parse(preset)) in recorded
+        assert ("2x2", Semantics.parse(preset)) in recorded
         for switch, values in SWITCHES.items():
             if switch != "loss_handling" and (switch, preset) != ("initial", "ignore-loss"):
                 for value in values:
-                    assert (2, 2, Semantics.parse(preset, [f"{switch}={value}"])) in recorded
+                    assert ("2x2", Semantics.parse(preset, [f"{switch}={value}"])) in recorded
 
 
 def test_matrix_records_what_the_recorder_lists() -> None:
     """The file has exactly the configurations of the recorder, in its order, each with all claims."""
-    rows = load_matrix()
-    assert [(row.uavs, row.cus, row.preset, row.overrides) for row in rows] == [
-        (row.uavs, row.cus, row.preset, row.overrides) for row in configurations()
+    rows = load_matrix(SYSTEM)
+    assert [(row.size, row.preset, row.overrides) for row in rows] == [
+        (row.size, row.preset, row.overrides) for row in configurations()
     ]
     assert len({row.name for row in rows}) == len(rows)
     for row in rows:
@@ -63,8 +64,8 @@ def test_changed_verdict_is_an_error(
 ) -> None:
     """A recorded verdict, or length, that is not found again ends with exit code 1 and is named."""
     rows = small_rows()
-    rows[0] = dataclasses.replace(rows[0], expected=rows[0].expected | {"recovery": expected})
-    monkeypatch.setattr(verify_command, "load_matrix", lambda: rows)
+    rows[0] = dataclasses.replace(rows[0], expected={**rows[0].expected, "recovery": expected})
+    monkeypatch.setattr(verify_command, "load_matrix", lambda _: rows)
     assert main(["verify", "--matrix"]) == 1
     text = " ".join(capsys.readouterr().out.split())
     assert f"changed {rows[0].name}: recovery: holds within 8, recorded is: {expected}" in text
@@ -80,7 +81,8 @@ def test_known_flaw_is_no_error(capsys: pytest.CaptureFixture[str]) -> None:
 def test_undecided_matrix_has_its_exit_code() -> None:
     """A matrix that is cut short ends with exit code 3: undecided is no changed verdict."""
     assert main(["verify", "--matrix", "--uavs", "2", "--cus", "1", "--semantics", "printed", "--max-states", "9"]) == 3
-    (result,) = run_matrix(select_rows(load_matrix(), 2, 1, "printed"), Limits(max_states=9), 2, unheard, unheard)
+    rows = select_rows(load_matrix(SYSTEM), {"uavs": 2, "cus": 1}, "printed")
+    (result,) = run_matrix(rows, Limits(max_states=9), 2, unheard, unheard)
     assert result.undecided
     assert result.changes == []
 

@@ -12,6 +12,7 @@ import pytest
 from swarmproof.campaign.matrix import RowResult, load_matrix, select_rows
 from swarmproof.cli import main
 from swarmproof.dmpc_swarm.experiments.experiments import EXPERIMENTS
+from swarmproof.dmpc_swarm.system import SYSTEM
 from swarmproof.explore.decide import verify
 from swarmproof.explore.search import Limits
 from swarmproof.output import ReportFolder
@@ -72,7 +73,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder with a page of every kind."""
     folder = tmp_path_factory.mktemp("pages")
     main(["verify", "--semantics", "ignore-loss", "--report", str(folder / "verify")])
-    rows = select_rows(load_matrix(), 2, 1, None)
+    rows = select_rows(load_matrix(SYSTEM), {"uavs": 2, "cus": 1}, None)
     with ReportFolder(folder / "matrix") as report:
         put_matrix(report, [RowResult(row, verify(row.scope, limits=Limits())) for row in rows])
         report.publish()

@@ -6,28 +6,30 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import cache
 
-import msgspec
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
+from swarmproof.claims.verdict import Verdict
 from swarmproof.dmpc_swarm.claims.predicates import all_plan, all_running
-from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, Claim, Kind
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, ProtocolClaim
 from swarmproof.dmpc_swarm.claims.witnesses import RECOVERY_LEFT, WITNESSES
 from swarmproof.dmpc_swarm.observe import observe
 from swarmproof.dmpc_swarm.protocol import algorithm1
 from swarmproof.dmpc_swarm.protocol.algorithm2 import InformationTracker, Update, update_information_trackers
 from swarmproof.dmpc_swarm.protocol.messages import CuMessage, UavMessage
 from swarmproof.dmpc_swarm.rounds import Rounds
+from swarmproof.dmpc_swarm.runs import Run, check_run, readings, run_property, runs, runs_of_any_size
 from swarmproof.dmpc_swarm.semantics import Semantics
+from swarmproof.dmpc_swarm.system import swarm as scope
 from swarmproof.errors import BadInput
-from swarmproof.explore.decide import Scope as VerifiedScope
-from swarmproof.explore.decide import Verdict, verify
+from swarmproof.explore.decide import verify
 from swarmproof.explore.search import Exploration, explore
-from swarmproof.falsify.runs import Breach, Run, check_run, readings, run_property, runs, runs_of_any_size
-from swarmproof.trace.trace import Trace, replay
+from swarmproof.falsify.walks import Breach
+from swarmproof.trace.replay import replay
+from swarmproof.trace.trace import Trace, decode
 
-SAFETY = tuple(claim for claim in CLAIMS if claim.kind is Kind.SAFETY)
+SAFETY = tuple(claim for claim in CLAIMS if claim.is_safety)
 
 #: The same examples every time, no clock, and none of the slow phase that explains failures.
 SETTINGS = settings(
@@ -62,7 +64,7 @@ def _guarded(overrides: Sequence[str], initial: str) -> Semantics:
 @cache
 def _shortest(semantics: Semantics) -> Mapping[str, tuple[Verdict, int | None, int | None]]:
     """Return what exhaustive exploration says of the safety claims at 2 x 2: verdict, rounds, lost messages."""
-    decided = verify(VerifiedScope(2, 2, semantics), SAFETY).claims
+    decided = verify(scope(2, 2, semantics), SAFETY).claims
     return {one.claim.id: (one.verdict, one.rounds, one.lost_messages) for one in decided}
 
 
@@ -81,7 +83,7 @@ def _assert_explored(run: Run, exploration: Exploration) -> None:
         lost += run.events[k].lost if k < len(run.events) else 0
 
 
-def _message_of_failure(drawn: st.SearchStrategy[Run], claims: Sequence[Claim] = SAFETY) -> str:
+def _message_of_failure(drawn: st.SearchStrategy[Run], claims: Sequence[ProtocolClaim] = SAFETY) -> str:
     """Return the message with which the property fails, of the run that Hypothesis shrinks to."""
 
     @UNTIL_FOUND
@@ -95,7 +97,7 @@ def _message_of_failure(drawn: st.SearchStrategy[Run], claims: Sequence[Claim] =
 
 
 def _trace_in(message: str) -> Trace:
-    return msgspec.json.decode(message[message.index("{\n") :], type=Trace)
+    return decode(message[message.index("{\n") :].encode(), "the message")
 
 
 def _seen_in(run: Run) -> set[str]:
@@ -109,7 +111,7 @@ def _seen_in(run: Run) -> set[str]:
     if any(map(all_plan, observed)):
         seen.add("all-plan")
     if any(waiting) and any(running[waiting.index(True) :]):
-        seen.add(RECOVERY_LEFT)
+        seen.add(RECOVERY_LEFT.id)
     return seen
 
 
@@ -163,7 +165,7 @@ def test_the_slot_conflict_is_found(preset: str) -> None:
     replayed = replay(trace)
     assert f"{trace.shows} is violated" in message
     assert replayed.is_violation
-    assert any(slot.conflict for air in replayed.airs for slot in air.slots)
+    assert any(slot.conflict for sent in replayed.sent for slot in sent.air.slots)
     for broken in replayed.broken_at(len(replayed.events)):
         assert broken.why in message
     verdict, rounds, _ = _shortest(semantics)[trace.shows]
@@ -175,7 +177,7 @@ def test_the_slot_conflict_is_found(preset: str) -> None:
 def test_the_slot_conflict_is_found_beyond_what_is_explored() -> None:
     """Under `printed`, a run of 6 UAVs and 4 CUs that breaks a claim is found, and its trace replays."""
     trace = _trace_in(_message_of_failure(runs(6, 4, Semantics.parse("printed"))))
-    assert (trace.uavs, trace.cus) == (6, 4)
+    assert dict(trace.sizes) == {"uavs": 6, "cus": 4}
     assert replay(trace).is_violation
 
 
@@ -191,7 +193,7 @@ def test_shrinking_finds_the_shortest_counterexample() -> None:
 
 
 @pytest.mark.parametrize("claim", SAFETY[:3], ids=lambda claim: claim.id)
-def test_each_broken_claim_is_found_on_its_own(claim: Claim) -> None:
+def test_each_broken_claim_is_found_on_its_own(claim: ProtocolClaim) -> None:
     """Under `ignore-loss`, each violated claim is found when it alone is asked for, and the message names it."""
     message = _message_of_failure(runs(3, 2, Semantics.parse("ignore-loss")), [claim])
     assert message.startswith(f"{claim.id} is violated in the computation phase of round ")
@@ -217,7 +219,7 @@ def test_a_planted_bug_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as planted:
         planted.setattr(algorithm1, "update_information_trackers", _without_lines_17_and_18)
         trace = _trace_in(_message_of_failure(runs(4, 3, _guarded([], "known"))))
-        assert (trace.uavs, trace.cus) == (4, 3)
+        assert dict(trace.sizes) == {"uavs": 4, "cus": 3}
         assert replay(trace).is_violation
     with pytest.raises(BadInput):
         replay(trace)
@@ -227,7 +229,7 @@ def test_a_planted_bug_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_runs_go_deep(event_trigger: str) -> None:
     """At 6 x 4, known at first, runs hold two entries, wait, are answered, recover, and all CUs run and plan."""
     sample = _sample(6, 4, _guarded([f"event_trigger={event_trigger}"], "known"))
-    deep = ["two-entries", "recovery-entered", "request-answered", RECOVERY_LEFT, "all-running", "all-plan"]
+    deep = ["two-entries", "recovery-entered", "request-answered", RECOVERY_LEFT.id, "all-running", "all-plan"]
     assert {name: sample[name] for name in deep if sample[name] < 3} == {}
     assert sample["slot-conflict"] == 0, "the guard excludes it"
 
@@ -235,7 +237,7 @@ def test_runs_go_deep(event_trigger: str) -> None:
 def test_runs_go_deep_from_nothing() -> None:
     """At 6 x 4, unknown at first, runs reach RUN_DMPC on all CUs, plan, and lose and recover their knowledge again."""
     sample = _sample(6, 4, _guarded([], "unknown"))
-    deep = ["two-entries", "recovery-entered", "request-answered", RECOVERY_LEFT, "all-running", "all-plan"]
+    deep = ["two-entries", "recovery-entered", "request-answered", RECOVERY_LEFT.id, "all-running", "all-plan"]
     assert {name: sample[name] for name in deep if sample[name] < 3} == {}
 
 

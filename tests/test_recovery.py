@@ -12,13 +12,21 @@ import numpy as np
 import pytest
 from tests.bruteforce import packed, sample, successors
 
+from swarmproof.dmpc_swarm.claims.predicates import all_running
+from swarmproof.dmpc_swarm.observe import observe
+from swarmproof.dmpc_swarm.protocol.swarm import Swarm
 from swarmproof.dmpc_swarm.rounds import Rounds
 from swarmproof.dmpc_swarm.semantics import Semantics
 from swarmproof.explore import recovery as recovery_module
-from swarmproof.explore.recovery import LossFree, Recovery, all_running, decide_recovery, loss_free_graph
+from swarmproof.explore.recovery import LossFree, Recovery, decide_recovery, loss_free_graph, reached_in
 from swarmproof.explore.search import Exploration, Limits, explore
 
 Graph = dict[int, list[int]]
+
+
+def runs(swarm: Swarm) -> bool:
+    """Say whether all CUs run: the goal of the claim."""
+    return all_running(observe(swarm))
 
 
 def arrays(graph: Graph) -> LossFree:
@@ -49,8 +57,8 @@ def decide(
         path_to=lambda n: list(range(n + 1)),
     )
     monkeypatch.setattr(recovery_module, "loss_free_graph", lambda _: arrays(graph))
-    monkeypatch.setattr(recovery_module, "all_running", lambda *_: np.array([n in running for n in nodes]))
-    return decide_recovery(exploration)
+    monkeypatch.setattr(recovery_module, "reached_in", lambda *_: np.array([n in running for n in nodes]))
+    return decide_recovery(exploration, runs)
 
 
 def is_lasso(graph: Graph, found: Recovery) -> bool:
@@ -213,7 +221,7 @@ def test_an_incomplete_exploration_is_refused() -> None:
     """Recovery is not decided on a part of the reachable swarms."""
     exploration = explore(Rounds(2, 2, Semantics.parse("guarded")), limits=Limits(max_states=100))
     with pytest.raises(ValueError, match="complete"):
-        decide_recovery(exploration)
+        decide_recovery(exploration, runs)
 
 
 # --- against networkx ----------------------------------------------------------------------------------------------
@@ -222,7 +230,7 @@ def test_an_incomplete_exploration_is_refused() -> None:
 def as_networkx(exploration: Exploration) -> nx.DiGraph:
     """Return the loss-free rounds of an exploration, each node with whether all CUs run."""
     graph = loss_free_graph(exploration)
-    running = all_running(exploration.rounds, exploration.keys)
+    running = reached_in(exploration, runs)
     result = nx.DiGraph()
     for n in range(len(exploration.keys)):
         result.add_node(n, running=bool(running[n]))
@@ -243,7 +251,7 @@ def unsettled(graph: nx.DiGraph) -> set[int]:
 def test_worst_rounds_are_the_longest_path_of_networkx(name: str) -> None:
     """Where recovery holds, what is outside of running for good is acyclic, and its longest path is the bound."""
     exploration = explore(Rounds(2, 2, Semantics.parse(name)))
-    found = decide_recovery(exploration)
+    found = decide_recovery(exploration, runs)
     graph = as_networkx(exploration)
     outside = graph.subgraph(unsettled(graph))
     assert nx.is_directed_acyclic_graph(outside)
@@ -254,7 +262,7 @@ def test_worst_rounds_are_the_longest_path_of_networkx(name: str) -> None:
 def test_bad_loops_are_those_of_networkx() -> None:
     """Where recovery fails, the loop starts at the least depth of a swarm on a bad cycle, and is such a cycle."""
     exploration = explore(Rounds(2, 2, Semantics.parse("printed")))
-    found = decide_recovery(exploration)
+    found = decide_recovery(exploration, runs)
     graph = as_networkx(exploration)
     bad: set[int] = set()
     for component in nx.strongly_connected_components(graph):

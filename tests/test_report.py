@@ -10,18 +10,22 @@ from html import unescape
 
 import pytest
 
-from swarmproof.dmpc_swarm.claims.protocol import Kind
+from swarmproof.claims.claim import Recovers
+from swarmproof.claims.verdict import Verdict
 from swarmproof.dmpc_swarm.pages import names
 from swarmproof.dmpc_swarm.pages.causes import what_is_false
 from swarmproof.dmpc_swarm.pages.diagram import sequence_diagram
 from swarmproof.dmpc_swarm.pages.explain import explain_in
 from swarmproof.dmpc_swarm.pages.story import tell
+from swarmproof.dmpc_swarm.pages.swarm_run import SwarmRun
 from swarmproof.dmpc_swarm.protocol.messages import HOVERING, Metadata, Trajectory
 from swarmproof.dmpc_swarm.protocol.swarm import compute
 from swarmproof.dmpc_swarm.semantics import Semantics
-from swarmproof.explore.decide import Decided, Result, Scope, Verdict, verify
+from swarmproof.dmpc_swarm.system import swarm as scope
+from swarmproof.explore.decide import Decided, Result, verify
+from swarmproof.pages import phrases
 from swarmproof.pages.page import counterexample_page, overview_page
-from swarmproof.trace.trace import Replay, replay
+from swarmproof.trace.replay import Replay, replay
 
 #: Readings of the paper that show every kind of page: conflicts, losses, a lasso, a selection, no recovery.
 READINGS = [
@@ -36,7 +40,7 @@ READINGS = [
 @cache
 def verified(preset: str, override: str, uavs: int = 2, cus: int = 2) -> Result:
     """Verify once for all tests."""
-    return verify(Scope(uavs, cus, Semantics.parse(preset, [override] if override else [])))
+    return verify(scope(uavs, cus, Semantics.parse(preset, [override] if override else [])))
 
 
 def shown(result: Result) -> list[tuple[Decided, Replay]]:
@@ -95,11 +99,11 @@ def test_page_says_what_is_false_and_where(preset: str, override: str) -> None:
         assert decided.claim.wording in words
         assert decided.claim.place in words
         assert "N = 2 UAVs, M = 2 CUs" in words
-        assert result.scope.semantics.name() in words
+        assert result.scope.reading.name() in words
         assert f"{result.states:,} states" in words
         last = len(run.events)
         for broken in run.broken_at(last):
-            assert what_is_false(run, broken, last) in words
+            assert what_is_false(SwarmRun.of(run), broken, last) in words
 
 
 @pytest.mark.parametrize(("preset", "override"), READINGS)
@@ -107,7 +111,7 @@ def test_broken_cells_are_marked_and_only_they(preset: str, override: str) -> No
     """In the table of each round, exactly the cells in which the claim is false are marked."""
     for _, run, page in pages_of(preset, override):
         sections = re.findall(r'<section class="round.*?</section>', page, flags=re.DOTALL)
-        assert len(sections) == len(run.swarms)
+        assert len(sections) == len(run.states)
         for k, section in enumerate(sections):
             cells = {(w, broken.uav) for broken in run.broken_at(k) for w in broken.cus}
             assert len(re.findall(r'<td class="[^"]*\bbroken\b', section)) == len(cells)
@@ -118,12 +122,12 @@ def test_broken_cells_are_marked_and_only_they(preset: str, override: str) -> No
 def test_diagram_is_well_formed_and_draws_each_loss_once(preset: str, override: str) -> None:
     """The diagram is XML, and has as many lost messages as the run."""
     for _, run in shown(verified(preset, override)):
-        svg = ElementTree.fromstring(sequence_diagram(run))
+        svg = ElementTree.fromstring(sequence_diagram(SwarmRun.of(run)))
         assert svg.tag == "svg"
         lost = [group for group in svg.iter("g") if group.get("class") == "sd-lost"]
         assert len(lost) == run.lost_messages
         rounds = [text.text for text in svg.iter("text") if text.get("class") == "sd-round"]
-        assert rounds == [f"Round {k}" for k in range(len(run.swarms))]
+        assert rounds == [f"Round {k}" for k in range(len(run.states))]
         broken = run.broken_at(len(run.events))
         assert sum(box.get("class") == "sd-callout" for box in svg.iter("rect")) == len(broken)
 
@@ -131,24 +135,24 @@ def test_diagram_is_well_formed_and_draws_each_loss_once(preset: str, override: 
 def test_diagram_draws_every_reception() -> None:
     """Outside of the metadata row, each message that a receiver decodes is an arrow to it."""
     for _, run in shown(verified("printed", "")):
-        svg = ElementTree.fromstring(sequence_diagram(run))
+        svg = ElementTree.fromstring(sequence_diagram(SwarmRun.of(run)))
         tips = sum(1 for _ in svg.iter("polyline")) - (run.trace.loop_start is not None)
         metadata = sum(len(got.lost_uavs) < 2 for events in run.events for got in events.at_cus)
         heard = sum(len(got.inbox.cu_messages) for events in run.events for got in (*events.at_cus, *events.at_uavs))
-        own = sum(slot.cu_message is not None for air in run.airs for slot in air.slots)
+        own = sum(slot.cu_message is not None for sent in run.sent for slot in sent.air.slots)
         assert tips == metadata + heard - own
 
 
 def test_lasso_page_marks_the_loop() -> None:
     """Of a recovery that fails, the page marks the loop's rounds and says whether the failure can be avoided."""
     result = verified("printed", "")
-    decided, run = next((one, run) for one, run in shown(result) if one.claim.kind is Kind.RECOVERY)
+    decided, run = next((one, run) for one, run in shown(result) if isinstance(one.claim.question, Recovers))
     page = counterexample_page(decided, run, result)
     words, start = text_of(page), run.trace.loop_start
     assert start is not None
     last = len(run.events)
     assert page.count("↺ in the loop") == last - start
-    assert f"{names.rounds(start, last - 1)} can repeat for ever" in words
+    assert f"{phrases.rounds(start, last - 1)} can repeat for ever" in words
     assert f"behaves as in round {start}" in words
     assert ("The failure is avoidable" in words) is (decided.avoidable is True)
     assert ("The failure is inevitable" in words) is (decided.avoidable is False)
@@ -157,7 +161,8 @@ def test_lasso_page_marks_the_loop() -> None:
 @pytest.mark.parametrize(("preset", "override"), READINGS)
 def test_explanations_of_algorithm_2_lead_to_its_flags(preset: str, override: str) -> None:
     """The reasons that the page gives for flags give the flags that the model has."""
-    for _, run in shown(verified(preset, override)):
+    for _, replayed in shown(verified(preset, override)):
+        run = SwarmRun.of(replayed)
         for k in range(1, len(run.swarms)):
             for w, cu in enumerate(run.swarms[k].cus):
                 update, before = explain_in(run, w, k), run.swarms[k - 1].cus[w]
@@ -168,7 +173,8 @@ def test_explanations_of_algorithm_2_lead_to_its_flags(preset: str, override: st
 @pytest.mark.parametrize(("preset", "override"), READINGS)
 def test_story_tells_every_change(preset: str, override: str) -> None:
     """Each loss, each new entry, each change of state and each adoption has a sentence in its round."""
-    for _, run in shown(verified(preset, override)):
+    for _, replayed in shown(verified(preset, override)):
+        run = SwarmRun.of(replayed)
         for k, events in enumerate(run.events):
             air = " ".join(" ".join((s.text, *s.details)) for s in tell(run, k).air)
             assert ("lost" in air) == (events.lost > 0)
@@ -240,12 +246,12 @@ def test_names() -> None:
     """Trajectories are named by calculation round and CU; lists and numbers read as English."""
     assert names.trajectory(HOVERING) == "hover"
     assert names.entries([HOVERING, Trajectory(Metadata(4, 1))]) == "{hover, τ(4, CU 1)}"
-    assert names.listing([]) == ""
-    assert names.listing(["a"]) == "a"
+    assert phrases.listing([]) == ""
+    assert phrases.listing(["a"]) == "a"
     assert names.uavs([0, 1, 2]) == "UAV 0, UAV 1 and UAV 2"
-    assert names.count(1, "round") == "1 round"
-    assert names.count(0, "round") == "0 rounds"
-    assert [names.rounds(3, 3), names.rounds(3, 4), names.rounds(3, 5)] == [
+    assert phrases.count(1, "round") == "1 round"
+    assert phrases.count(0, "round") == "0 rounds"
+    assert [phrases.rounds(3, 3), phrases.rounds(3, 4), phrases.rounds(3, 5)] == [
         "round 3",
         "rounds 3 and 4",
         "rounds 3 to 5",

@@ -7,20 +7,23 @@ from collections.abc import Callable
 import pytest
 from tests.bruteforce import plain_search, sample, successors
 
+from swarmproof.claims.claim import Reachable
+from swarmproof.claims.verdict import Verdict
 from swarmproof.dmpc_swarm.claims.observed import ObservedSwarm
-from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, Claim, Kind
-from swarmproof.dmpc_swarm.concretise import follow
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, ProtocolClaim
 from swarmproof.dmpc_swarm.observe import observe
 from swarmproof.dmpc_swarm.protocol.swarm import Swarm, initial_swarm
 from swarmproof.dmpc_swarm.rounds import Rounds
 from swarmproof.dmpc_swarm.semantics import Semantics
+from swarmproof.dmpc_swarm.system import swarm as scope
 from swarmproof.explore import search as search_module
-from swarmproof.explore.decide import Result, Scope, Verdict, verify
+from swarmproof.explore.concretise import follow
+from swarmproof.explore.decide import Result, verify
 from swarmproof.explore.search import Exploration, Limits, Progress, explore
-from swarmproof.trace.trace import replay
+from swarmproof.trace.replay import replay
 
 GUARDED = Semantics.parse("guarded")
-SCOPE = Scope(2, 2, GUARDED)
+SCOPE = scope(2, 2, GUARDED)
 
 
 def interrupt_at(states: int) -> Callable[[Progress], None]:
@@ -36,7 +39,7 @@ def interrupt_at(states: int) -> Callable[[Progress], None]:
 def says_nothing_unproved(result: Result) -> bool:
     """Say whether a search that stopped early calls no claim about all states held, and no reachable goal missing."""
     for decided in result.claims:
-        about_all = decided.claim.kind is not Kind.REACHABLE
+        about_all = not isinstance(decided.claim.question, Reachable)
         if decided.verdict is (Verdict.HOLDS if about_all else Verdict.VIOLATED):
             return False
     return True
@@ -85,7 +88,7 @@ def test_an_incomplete_search_never_says_holds(limits: Limits) -> None:
 
 def test_a_violation_found_before_the_limit_stays_a_violation() -> None:
     """A counterexample counts however the search ends."""
-    result = verify(Scope(2, 2, Semantics.parse("prose")), limits=Limits(max_states=3000))
+    result = verify(scope(2, 2, Semantics.parse("prose")), limits=Limits(max_states=3000))
     assert not result.fixpoint
     assert says_nothing_unproved(result)
     lemma_1 = next(d for d in result.claims if d.claim.id == "lemma-1")
@@ -96,7 +99,7 @@ def test_an_interrupt_keeps_what_was_found() -> None:
     """After Ctrl-C the states found so far are there, a violation among them is shown, nothing is called held."""
     for states, violated in ((50, False), (3000, True)):
         result = verify(
-            Scope(2, 2, Semantics.parse("prose")),
+            scope(2, 2, Semantics.parse("prose")),
             on_progress=interrupt_at(states),
         )
         assert result.stopped == "interrupted"
@@ -170,7 +173,7 @@ def test_ways_depths_and_losses_agree(name: str) -> None:
         path = exploration.path_to(index)
         assert (path[0], path[-1]) == (rounds.initial_key(), key)
         assert len(path) - 1 == exploration.depth_of(index)
-        events = follow(rounds, initial_swarm(2, 2, semantics), path)
+        events = follow(scope(2, 2, semantics).model(), rounds, path)
         assert sum(happened.lost for happened in events) == exploration.losses[index]
 
 
@@ -225,10 +228,10 @@ def test_depths_and_losses_are_those_of_a_plain_search(
 def test_a_shortest_violation_is_that_of_a_plain_search() -> None:
     """At two UAVs and two CUs, claims are first broken where a search without packing and merging first sees it."""
     semantics = Semantics.parse("printed", ["initial=known", "request_order=any"])
-    result = verify(Scope(2, 2, semantics))
+    result = verify(scope(2, 2, semantics))
     levels = plain_levels(Rounds(2, 2, semantics), depth=4)
     for claim in CLAIMS:
-        if claim.kind is not Kind.SAFETY or not claim.applies_to(semantics):
+        if not claim.is_safety or not claim.applies_to(semantics):
             continue
         losses = [[lost for lost, swarm in level.values() if claim.broken_in(observe(swarm))] for level in levels]
         decided = next(d for d in result.claims if d.claim is claim)
@@ -240,13 +243,13 @@ def test_a_shortest_violation_is_that_of_a_plain_search() -> None:
 def test_shortest_counterexamples_are_those_of_a_search_without_names(uavs: int, cus: int) -> None:
     """No claim is broken by a run that is shorter, or as short with fewer losses, than the one that is shown."""
     semantics = Semantics.parse("ignore-loss")
-    safety = [c for c in CLAIMS if c.kind is Kind.SAFETY and c.applies_to(semantics)]
+    safety = [c for c in CLAIMS if c.is_safety and c.applies_to(semantics)]
 
-    def broken(claim: Claim) -> Callable[[ObservedSwarm], bool]:
+    def broken(claim: ProtocolClaim) -> Callable[[ObservedSwarm], bool]:
         return lambda swarm: bool(claim.broken_in(swarm))
 
     plain = plain_search(uavs, cus, semantics, {c.id: broken(c) for c in safety}, depth=2)
-    result = verify(Scope(uavs, cus, semantics), safety)
+    result = verify(scope(uavs, cus, semantics), safety)
     shown = {d.claim.id: (d.rounds, d.lost_messages) for d in result.claims if d.verdict is Verdict.VIOLATED}
     assert shown
     assert shown == {claim: (len(run.events), run.lost) for claim, run in plain.items()}

@@ -13,15 +13,19 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, Kind
+from swarmproof.claims.verdict import Verdict
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS
 from swarmproof.dmpc_swarm.claims.witnesses import WITNESSES
 from swarmproof.dmpc_swarm.observe import observe
 from swarmproof.dmpc_swarm.protocol.swarm import step
+from swarmproof.dmpc_swarm.runs import Run, readings, runs_of_any_size
 from swarmproof.dmpc_swarm.semantics import PRESETS, Semantics
+from swarmproof.dmpc_swarm.system import swarm as scope
 from swarmproof.errors import BadInput
-from swarmproof.explore.decide import Decided, Result, Scope, Verdict, verify
-from swarmproof.falsify.runs import Run, readings, runs_of_any_size
-from swarmproof.trace.trace import Replay, Trace, encode, load, record, replay
+from swarmproof.explore.decide import Decided, Result, verify
+from swarmproof.systems import Scope
+from swarmproof.trace.replay import Replay, replay
+from swarmproof.trace.trace import Trace, as_builtins, decode, encode, read, record
 
 #: A trace as plain lists and dicts, to be broken.
 Plain = dict[str, Any]
@@ -37,7 +41,7 @@ SETTINGS = settings(
 
 @cache
 def _result(preset: str) -> Result:
-    return verify(Scope(2, 2, Semantics.parse(preset)))
+    return verify(scope(2, 2, Semantics.parse(preset)))
 
 
 def _decided(preset: str) -> list[Decided]:
@@ -51,14 +55,14 @@ def _traces(preset: str) -> list[Trace]:
 
 
 def _trace_of(preset: str, shows: str) -> Plain:
-    plain: Plain = msgspec.to_builtins(next(trace for trace in _traces(preset) if trace.shows == shows))
+    plain: Plain = as_builtins(next(trace for trace in _traces(preset) if trace.shows == shows))
     return plain
 
 
 def _read(data: bytes, folder: Path) -> Replay:
     path = folder / "trace.json"
     path.write_bytes(data)
-    return replay(load(path))
+    return replay(read(path))
 
 
 def _refusal(data: bytes, folder: Path) -> str:
@@ -80,9 +84,8 @@ def test_traces_round_trip(preset: str, tmp_path: Path) -> None:
         written = encode(trace)
         replayed = _read(written, tmp_path)
         assert replayed.trace == trace
-        again = record(
-            trace.uavs, trace.cus, replayed.semantics, trace.shows, replayed.events, loop_start=trace.loop_start
-        )
+        what = Scope(replayed.system, trace.sizes, replayed.reading)
+        again = record(what, trace.shows, replayed.events, loop_start=trace.loop_start)
         assert again == trace
         assert encode(again) == written
 
@@ -104,7 +107,7 @@ def test_claims_replay_as_reported(preset: str) -> None:
 def test_every_safety_violation_has_a_trace_that_breaks_at_its_end_only(preset: str) -> None:
     """The trace of a violated safety claim breaks it in its last computation phase and in none before."""
     for decided in _result(preset).claims:
-        if decided.verdict is Verdict.VIOLATED and decided.claim.kind is Kind.SAFETY:
+        if decided.verdict is Verdict.VIOLATED and decided.claim.is_safety:
             assert decided.trace is not None
             replayed = replay(decided.trace)
             end = len(replayed.events)
@@ -121,7 +124,7 @@ def test_witnesses_replay(preset: str) -> None:
         replayed = replay(seen.trace)
         assert not replayed.is_violation
         if seen.id in witnesses:
-            found = [witnesses[seen.id].seen_in(observe(swarm)) for swarm in replayed.swarms]
+            found = [witnesses[seen.id].seen_in(observe(swarm)) for swarm in replayed.states]
             assert found == [False] * len(replayed.events) + [True]
 
 
@@ -132,9 +135,9 @@ def test_any_run_is_recorded_and_replayed_step_by_step(run: Run) -> None:
     for witness in WITNESSES:
         end = next((k for k, swarm in enumerate(run.swarms) if witness.seen_in(observe(swarm))), None)
         if end is not None:
-            trace = msgspec.json.decode(encode(run.trace(witness.id, end)), type=Trace)
+            trace = decode(encode(run.trace(witness.id, end)), "a test")
             replayed = replay(trace)
-            assert replayed.swarms == run.swarms[: end + 1]
+            assert replayed.states == run.swarms[: end + 1]
             assert replayed.events == run.events[:end]
 
 
@@ -143,7 +146,7 @@ def test_any_run_is_recorded_and_replayed_step_by_step(run: Run) -> None:
 def test_a_trace_is_the_run_that_was_recorded(run: Run) -> None:
     """Any run, shown or not, is decoded from its JSON as it was recorded, and its events lead where they led."""
     trace = run.trace("lemma-1")
-    assert msgspec.json.decode(encode(trace), type=Trace) == trace
+    assert decode(encode(trace), "a test") == trace
     assert len(trace.rounds) == len(run.events)
     for k, events in enumerate(run.events):
         assert step(run.swarms[k], events, run.semantics) == run.swarms[k + 1]
@@ -174,7 +177,7 @@ def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path) -> None:
     """A file that does not exist, and a directory, are refused in one sentence that names them."""
     for path in (tmp_path / "missing.json", tmp_path, tmp_path / "missing" / "trace.json"):
         with pytest.raises(BadInput, match="cannot read") as raised:
-            load(path)
+            read(path)
         assert str(path) in str(raised.value)
         assert "\n" not in str(raised.value)
 
@@ -303,7 +306,7 @@ def test_a_loop_in_which_all_run_is_refused(tmp_path: Path) -> None:
     }
     plain["loop_start"] = len(plain["rounds"])
     plain["rounds"].append(quiet)
-    assert "all CUs run throughout" in _refusal(msgspec.json.encode(plain), tmp_path)
+    assert "all CUs running throughout" in _refusal(msgspec.json.encode(plain), tmp_path)
 
 
 def test_two_plans_for_one_uav_are_refused(tmp_path: Path) -> None:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from functools import cache
+from typing import Any
 
 import pytest
 
+from swarmproof.claims.claim import Always, Claim, Reachable, Recovers
 from swarmproof.dmpc_swarm.claims.observed import ObservedSwarm, ObservedUav
 from swarmproof.dmpc_swarm.claims.predicates import Broken
-from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, Claim, Kind
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, ProtocolClaim, per_uav
 from swarmproof.dmpc_swarm.claims.witnesses import WITNESSES
 from swarmproof.dmpc_swarm.observe import observe
 from swarmproof.dmpc_swarm.rounds import Rounds
@@ -26,9 +28,9 @@ LOOKS: dict[str, Looks] = {
 }
 
 
-def a_claim(name: str, kind: Kind = Kind.SAFETY, **predicates: object) -> Claim:
+def a_claim(name: str, question: Always[Any] | Reachable[Any] | Recovers[Any]) -> ProtocolClaim:
     """Return a claim made up for a test."""
-    return Claim(name, kind, name, "nowhere", "none", **predicates)  # type: ignore[arg-type]
+    return Claim(name, name, "nowhere", "none", question)
 
 
 def shows(look: Looks, value: object) -> Callable[[ObservedUav], list[Broken]]:
@@ -43,7 +45,7 @@ def explored() -> tuple[Exploration, list[ObservedSwarm]]:
     return exploration, [observe(exploration.rounds.unpack(key)) for key in exploration.keys]
 
 
-def made_up(swarms: Iterable[ObservedSwarm]) -> list[Claim]:
+def made_up(swarms: Iterable[ObservedSwarm]) -> list[ProtocolClaim]:
     """Return claims of every kind, each about one thing that some state shows: many are broken late, in few states."""
     found: dict[tuple[str, object], None] = {}
     wholes: dict[object, None] = {}
@@ -51,33 +53,38 @@ def made_up(swarms: Iterable[ObservedSwarm]) -> list[Claim]:
         for name, look in LOOKS.items():
             found |= {(name, look(swarm.of_uav(i))): None for i in range(len(swarm.followed))}
         wholes[tuple(cu.state for cu in swarm.cus), swarm.answering] = None
-    claims = [a_claim(f"uav {name} {value}", per_uav=shows(LOOKS[name], value)) for name, value in found]
+    claims = [a_claim(f"uav {name} {value}", per_uav(shows(LOOKS[name], value))) for name, value in found]
     for value in wholes:
 
         def seen(swarm: ObservedSwarm, value: object = value) -> bool:
             return (tuple(cu.state for cu in swarm.cus), swarm.answering) == value
 
-        claims.append(a_claim(f"whole {value}", whole=lambda s, seen=seen: [Broken((), None, "")] if seen(s) else []))
-        claims.append(a_claim(f"goal {value}", Kind.REACHABLE, goal=seen))
+        def broken(swarm: ObservedSwarm, seen: Callable[[ObservedSwarm], bool] = seen) -> list[Broken]:
+            return [Broken((), None, "")] if seen(swarm) else []
+
+        claims.append(a_claim(f"whole {value}", Always(broken)))
+        claims.append(a_claim(f"goal {value}", Reachable(seen)))
     # a recovery claim has a goal, too, which is no state to be found; and there are claims that nothing breaks
-    claims.append(a_claim("recovery", Kind.RECOVERY, goal=lambda _: True))
-    claims.append(a_claim("kept per UAV", per_uav=lambda _: []))
-    claims.append(a_claim("kept", whole=lambda _: []))
-    claims.append(a_claim("never", Kind.REACHABLE, goal=lambda _: False))
+    claims.append(a_claim("recovery", Recovers(lambda _: True, "", "")))
+    claims.append(a_claim("kept per UAV", per_uav(lambda _: [])))
+    claims.append(a_claim("kept", Always(lambda _: [])))
+    claims.append(a_claim("never", Reachable(lambda _: False)))
     return claims
 
 
-def firsts(exploration: Exploration, swarms: list[ObservedSwarm], claims: Iterable[Claim], end: int) -> dict[str, int]:
+def firsts(
+    exploration: Exploration, swarms: list[ObservedSwarm], claims: Iterable[ProtocolClaim], end: int
+) -> dict[str, int]:
     """Return, by id, the first state in which a claim is broken or reached, or a witness seen, among the first `end`.
 
     It is of least depth, then of fewest losses, then of least index; every state is read, nothing is remembered.
     """
     told: dict[str, Callable[[ObservedSwarm], object]] = {witness.id: witness.seen_in for witness in WITNESSES}
     for claim in claims:
-        if claim.kind is Kind.SAFETY:
+        if claim.is_safety:
             told[claim.id] = claim.broken_in
-        elif claim.kind is Kind.REACHABLE and claim.goal is not None:
-            told[claim.id] = claim.goal
+        elif isinstance(claim.question, Reachable):
+            told[claim.id] = claim.question.goal
     ranks = sorted(range(end), key=lambda n: (exploration.depth_of(n), exploration.losses[n], n))
     return {
         name: index
@@ -94,7 +101,7 @@ def test_the_first_states_are_those_of_reading_everything(real: bool) -> None:
     """
     exploration, swarms = explored()
     claims = list(CLAIMS) if real else made_up(swarms[::20])
-    watch = Watch(exploration.rounds, claims)
+    watch = Watch(exploration.rounds, observe, claims, WITNESSES)
     ends = [*exploration.level_starts[1:], len(exploration.keys)]
     for begin, end in zip(exploration.level_starts, ends, strict=True):
         part = Exploration(exploration.rounds, exploration.keys[0])
@@ -120,9 +127,9 @@ def test_of_one_level_the_state_with_fewest_losses_counts() -> None:
     for n in range(begin, end):
         part.losses[n] = 9
     part.losses[begin + 2] = part.losses[begin + 3] = 4
-    always = a_claim("always", per_uav=lambda _: [Broken((), None, "")])
-    goal = a_claim("goal", Kind.REACHABLE, goal=lambda _: True)
-    watch = Watch(exploration.rounds, [always, goal])
+    always = a_claim("always", per_uav(lambda _: [Broken((), None, "")]))
+    goal = a_claim("goal", Reachable(lambda _: True))
+    watch = Watch(exploration.rounds, observe, [always, goal], WITNESSES)
     watch(part, begin)
     assert {watch.first["always"], watch.first["goal"]} == {begin + 2}
     part.losses[begin + 4] = 0
@@ -135,8 +142,8 @@ def test_what_was_found_is_not_read_again() -> None:
     exploration, swarms = explored()
     asked: list[str] = []
 
-    def noted(name: str, answer: object) -> Callable[[object], object]:
-        def predicate(_: object) -> object:
+    def noted(name: str, answer: Any) -> Callable[[object], Any]:
+        def predicate(_: object) -> Any:
             asked.append(name)
             return answer
 
@@ -144,12 +151,12 @@ def test_what_was_found_is_not_read_again() -> None:
 
     broken = [Broken((), None, "")]
     claims = [
-        a_claim("uav", per_uav=noted("uav", broken)),
-        a_claim("whole", whole=noted("whole", broken)),
-        a_claim("goal", Kind.REACHABLE, goal=noted("goal", True)),
-        a_claim("open", whole=noted("open", [])),
+        a_claim("uav", per_uav(noted("uav", broken))),
+        a_claim("whole", Always(noted("whole", broken))),
+        a_claim("goal", Reachable(noted("goal", True))),
+        a_claim("open", Always(noted("open", []))),
     ]
-    watch = Watch(exploration.rounds, claims)
+    watch = Watch(exploration.rounds, observe, claims, WITNESSES)
     part = Exploration(exploration.rounds, exploration.keys[0])
     watch(part, 0)
     assert set(asked) == {"uav", "whole", "goal", "open"}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from swarmproof.campaign.matrix import load_matrix
 from swarmproof.dmpc_swarm.claims.protocol import CLAIMS
+from swarmproof.dmpc_swarm.system import SYSTEM
 
 _SHORT = {"not-applicable": "–", "holds": "✓", "undecided": "?"}
 
@@ -20,10 +21,10 @@ def render() -> str:
         "| N × M | semantics | " + " | ".join(f"`{claim.id}`" for claim in CLAIMS) + " |",
         "| --- " * (len(CLAIMS) + 2) + "|",
     ]
-    for row in load_matrix():
+    for row in load_matrix(SYSTEM):
         name = " ".join([f"`{row.preset}`", *(f"`{one}`" for one in row.overrides)])
         cells = " | ".join(_cell(row.expected[claim.id]) for claim in CLAIMS)
-        lines.append(f"| {row.uavs} × {row.cus} | {name} | {cells} |")
+        lines.append(f"| {row.size.replace('x', ' × ')} | {name} | {cells} |")
     return "\n".join(lines)
 
 

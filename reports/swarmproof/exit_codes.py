@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from enum import IntEnum
+
+from swarmproof.claims.verdict import Verdict, worst
 
 
 class ExitCode(IntEnum):
@@ -22,3 +25,10 @@ class ExitCode(IntEnum):
     INTERRUPTED = 130
     #: The signal TERM, likewise.
     TERMINATED = 143
+
+
+def exit_code(verdicts: Iterable[Verdict]) -> ExitCode:
+    """Return the exit code of these verdicts: that of the worst one."""
+    return {Verdict.VIOLATED: ExitCode.VIOLATED, Verdict.UNDECIDED: ExitCode.UNDECIDED}.get(
+        worst(verdicts), ExitCode.WELL
+    )

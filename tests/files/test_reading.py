@@ -18,14 +18,14 @@ from swarmproof.faults.script import read_script
 from swarmproof.files import reading
 from swarmproof.files.reading import MOST_DOTS, MOST_NESTED, check_toml, read_bytes
 from swarmproof.theorem3.numbers import read_toml
-from swarmproof.trace.trace import load
+from swarmproof.trace.trace import read
 
 RIGHT = "give a right one"
 #: How each kind of file is read: a file that is missing, wrong or too long is refused by each of them.
 READERS: dict[str, Callable[[Path], object]] = {
     "toml": lambda path: read_toml(path, "scenario", "rounds = 60"),
     "script": lambda path: read_script(path, 2, 2),
-    "trace": load,
+    "trace": read,
 }
 
 

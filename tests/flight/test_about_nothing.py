@@ -9,22 +9,24 @@ import pytest
 from tests.flight.flights import Buggy, planner_of, record
 from tests.flight.settings import setting
 
+from swarmproof.claims.verdict import Verdict
 from swarmproof.cli import main
 from swarmproof.dmpc_swarm.claims.flight import FLIGHT_CLAIMS
-from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, Kind
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS
 from swarmproof.dmpc_swarm.flight.exhaustive import explore_flights
 from swarmproof.dmpc_swarm.flight.fly import Plans
-from swarmproof.dmpc_swarm.flight.judge import FlightVerdict, Judged
+from swarmproof.dmpc_swarm.flight.judge import Judged
 from swarmproof.dmpc_swarm.flight.run import Setting
 from swarmproof.dmpc_swarm.planner.planner import Planned
 from swarmproof.dmpc_swarm.planner.problem import Task
 from swarmproof.dmpc_swarm.semantics import Semantics
-from swarmproof.explore.decide import Scope, Verdict, verify
+from swarmproof.dmpc_swarm.system import swarm as scope
+from swarmproof.explore.decide import verify
 from swarmproof.qp.solvers import Status
 
-PROTOCOL = [claim for claim in CLAIMS if claim.kind is Kind.SAFETY]
+PROTOCOL = [claim for claim in CLAIMS if claim.is_safety]
 #: A mark for each verdict: of what was seen, of nothing, and of what is open.
-MARKS = {FlightVerdict.NOT_VIOLATED: "+", FlightVerdict.NOT_APPLICABLE: "-", FlightVerdict.UNDECIDED: "?"}
+MARKS = {Verdict.NOT_VIOLATED: "+", Verdict.NOT_APPLICABLE: "-", Verdict.UNDECIDED: "?"}
 NAMES = [*(claim.id for claim in PROTOCOL), *(claim.id for claim in FLIGHT_CLAIMS)]
 
 
@@ -65,8 +67,8 @@ def test_no_claim_succeeds_about_nothing(name: str) -> None:
     assert [one.claim.id for one in claims] == NAMES
     assert "".join(MARKS[one.verdict] for one in claims) == marks
     for one in claims:
-        assert (one.instances > 0) == (one.verdict is not FlightVerdict.NOT_APPLICABLE)
-        assert bool(one.why) == (one.verdict is not FlightVerdict.NOT_VIOLATED)
+        assert (one.instances > 0) == (one.verdict is not Verdict.NOT_APPLICABLE)
+        assert bool(one.why) == (one.verdict is not Verdict.NOT_VIOLATED)
 
 
 def test_every_claim_knows_what_it_is_about() -> None:
@@ -96,7 +98,7 @@ def test_one_cu_decides_nothing_about_two(trigger: str) -> None:
     about_two = {"lemma-2", "one-planner-per-uav", "same-selection"}
     for cus in (1, 2):
         semantics = Semantics.parse("guarded", [f"event_trigger={trigger}"])
-        decided = {one.claim.id: one for one in verify(Scope(2, cus, semantics)).claims}
+        decided = {one.claim.id: one for one in verify(scope(2, cus, semantics)).claims}
         selection = about_two - {"lemma-2"} if trigger == "any" else set()
         none = {name for name, one in decided.items() if one.verdict is Verdict.NOT_APPLICABLE}
         assert none == (about_two if cus == 1 else selection)
@@ -141,8 +143,8 @@ def test_a_swarm_that_cannot_move_is_not_called_safe(change: str) -> None:
     """Where no plan can move, all UAVs hover where they started: separation is about nothing, and nobody arrives."""
     what = Setting.parse("crossing", 2, "HT", "guarded", [change], 0)
     verdicts = {judged.claim.id: judged.verdict for judged in flown(what, "none", 60)}
-    assert {verdicts[name] for name in ("theorem-2", "eq-2")} == {FlightVerdict.NOT_APPLICABLE}
-    assert verdicts["arrives"] is not FlightVerdict.NOT_VIOLATED
+    assert {verdicts[name] for name in ("theorem-2", "eq-2")} == {Verdict.NOT_APPLICABLE}
+    assert verdicts["arrives"] is not Verdict.NOT_VIOLATED
 
 
 def test_every_pattern_is_flown_in_the_space_that_it_needs() -> None:

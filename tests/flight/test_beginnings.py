@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from tests.flight.settings import setting
 
-from swarmproof.dmpc_swarm.flight.exhaustive import Verdict, explore_flights
-from swarmproof.dmpc_swarm.flight.judge import FlightVerdict
+from swarmproof.claims.verdict import Verdict
+from swarmproof.dmpc_swarm.flight.exhaustive import PatternVerdict, explore_flights
 from swarmproof.dmpc_swarm.flight.run import fly
 from swarmproof.errors import BadInput
 from swarmproof.faults.grammar import parse
@@ -44,7 +44,7 @@ def two(folder: Path, *replacements: tuple[str, str], changes: tuple[str, ...] =
     return load(str(path), 0, changes)
 
 
-def verdicts(scenario: Scenario, rounds: int = 3) -> dict[str, FlightVerdict]:
+def verdicts(scenario: Scenario, rounds: int = 3) -> dict[str, Verdict]:
     """Return what becomes of each claim in a flight without loss."""
     flown, _ = fly(setting(scenario), parse("none", scenario.uavs, 2, 0), rounds)
     return {judged.claim.id: judged.verdict for judged in flown.claims}
@@ -54,7 +54,7 @@ def test_small_uavs_begin_apart_by_their_own_distance(tmp_path: Path) -> None:
     """UAVs that are small by their kind do not begin in violation, though they are closer than others must be."""
     small = two(tmp_path, ("d_hat_min = 0.25", "d_hat_min = 0.5"), ("[start]", KIND.format("d_hat_min = 0.2")))
     assert small.begins_too_close == ""
-    assert verdicts(small)["theorem-2"] is FlightVerdict.NOT_VIOLATED
+    assert verdicts(small)["theorem-2"] is Verdict.NOT_VIOLATED
 
 
 def test_large_uavs_begin_too_close_by_their_own_distance(tmp_path: Path) -> None:
@@ -62,7 +62,7 @@ def test_large_uavs_begin_too_close_by_their_own_distance(tmp_path: Path) -> Non
     large = two(tmp_path, ("[start]", KIND.format("d_hat_min = 0.5")), changes=("begin=anyhow",))
     assert large.begins_too_close == "UAV 0 and UAV 1 start 0.3 m apart, less than d_hat_min=0.5 m"
     found = verdicts(large)
-    assert {found[claim] for claim in ("tracked-separation", "theorem-2", "eq-2")} == {FlightVerdict.NOT_APPLICABLE}
+    assert {found[claim] for claim in ("tracked-separation", "theorem-2", "eq-2")} == {Verdict.NOT_APPLICABLE}
 
 
 #: Exactly d̂_min = 0.25011 m apart, and coordinates of no lattice of powers of two.
@@ -77,14 +77,14 @@ def test_who_may_begin_anyhow_is_not_made_to(tmp_path: Path, replacements: tuple
     """A swarm that begins exactly d̂_min apart violates nothing, also where it might begin closer."""
     exact = two(tmp_path, *replacements, changes=("begin=anyhow",))
     assert exact.begins_too_close == ""
-    assert FlightVerdict.VIOLATED not in verdicts(exact).values()
+    assert Verdict.VIOLATED not in verdicts(exact).values()
 
 
 def test_rounding_of_starts_is_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """If starts were rounded to the nearest lattice points, these claims would be called violated."""
     monkeypatch.setattr(Lattice, "holding", lambda self, points: self)
-    assert verdicts(two(tmp_path, *EXACT[0]))["theorem-2"] is FlightVerdict.VIOLATED
-    assert verdicts(crash(tmp_path))["eq-2"] is FlightVerdict.VIOLATED
+    assert verdicts(two(tmp_path, *EXACT[0]))["theorem-2"] is Verdict.VIOLATED
+    assert verdicts(crash(tmp_path))["eq-2"] is Verdict.VIOLATED
 
 
 def crash(folder: Path) -> Scenario:
@@ -96,7 +96,7 @@ def crash(folder: Path) -> Scenario:
 
 def test_who_begins_without_a_crash_is_not_made_to(tmp_path: Path) -> None:
     """UAVs that begin exactly d_min apart, as crashes count, and then part do not violate eq. (2)."""
-    assert verdicts(crash(tmp_path))["eq-2"] is not FlightVerdict.VIOLATED
+    assert verdicts(crash(tmp_path))["eq-2"] is not Verdict.VIOLATED
 
 
 def test_starts_that_are_too_close_are_disturbed_like_others(tmp_path: Path) -> None:
@@ -136,5 +136,6 @@ def test_what_recovery_brings_in_is_no_violation_of_lemma_4(tmp_path: Path) -> N
     """A swarm that begins too close breaks no lemma when a tracker becomes valid again: (18) said nothing of it."""
     close = two(tmp_path, ("[0.4, 0, 1]]", "[0.2, 0, 1]]"), changes=("begin=anyhow",))
     found = explore_flights(setting(close), 2, lambda *_: None)
-    assert Verdict.VIOLATED not in {decided.verdict for decided in found.claims}
-    assert {decided.verdict for decided in found.claims if decided.claim.id == "lemma-4"} == {Verdict.NOT_APPLICABLE}
+    assert PatternVerdict.VIOLATED not in {decided.verdict for decided in found.claims}
+    of_lemma_4 = {decided.verdict for decided in found.claims if decided.claim.id == "lemma-4"}
+    assert of_lemma_4 == {PatternVerdict.NOT_APPLICABLE}

@@ -13,7 +13,8 @@ from tests.flight.settings import lattice, setting
 from tests.margin.settings import examples
 from tests.points import points
 
-from swarmproof.dmpc_swarm.flight.judge import FlightVerdict, Flown
+from swarmproof.claims.verdict import Verdict
+from swarmproof.dmpc_swarm.flight.judge import Flown
 from swarmproof.dmpc_swarm.flight.run import fly
 from swarmproof.dmpc_swarm.flight.state import Round
 from swarmproof.dmpc_swarm.planner.detour import (
@@ -294,7 +295,7 @@ def head_on(
 
 def violated(result: Flown) -> list[str]:
     """Return the violated claims."""
-    return [judged.claim.id for judged in result.claims if judged.verdict is FlightVerdict.VIOLATED]
+    return [judged.claim.id for judged in result.claims if judged.verdict is Verdict.VIOLATED]
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -18,13 +18,13 @@ from tests.points import points
 
 from swarmproof.dmpc_swarm.claims.flight import FLIGHT_CLAIMS, FlightClaim, ObservedRound
 from swarmproof.dmpc_swarm.claims.predicates import Broken
-from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, Kind
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS
 from swarmproof.dmpc_swarm.flight import exhaustive
 from swarmproof.dmpc_swarm.flight.cached_planner import Remembering
 from swarmproof.dmpc_swarm.flight.exhaustive import (
     Decided,
     Exhaustive,
-    Verdict,
+    PatternVerdict,
     explore_flights,
     outcomes,
     parse_rounds,
@@ -271,19 +271,19 @@ def _second_level() -> Iterator[tuple[Flight, FlightState]]:
 def test_guarded_swarms_keep_all_claims_for_these_rounds() -> None:
     """Guarded, every claim that can be asked holds for these rounds; more than that is not said."""
     whole = found(CROSSING, 2)
-    asked = [claim.id for claim in CLAIMS if claim.kind is Kind.SAFETY]
+    asked = [claim.id for claim in CLAIMS if claim.is_safety]
     asked += [claim.id for claim in FLIGHT_CLAIMS if claim.id not in ("arrives", "eq-2-actual")]
     assert [one.claim.id for one in whole.claims] == asked
-    assert _about_something(whole, "lemma-3") == {Verdict.HOLDS}
+    assert _about_something(whole, "lemma-3") == {PatternVerdict.HOLDS}
     assert all((one.rounds, one.cause) == (None, ()) for one in whole.claims)
     assert all(bool(one.why) == (one.instances == 0) for one in whole.claims)
     assert not whole.violated
     assert not whole.undecided
 
 
-def _about_something(whole: Exhaustive, *about_nothing: str) -> set[Verdict]:
+def _about_something(whole: Exhaustive, *about_nothing: str) -> set[PatternVerdict]:
     """Return the verdicts of all claims but those about nothing, which must be these."""
-    none = {one.claim.id for one in whole.claims if one.verdict is Verdict.NOT_APPLICABLE}
+    none = {one.claim.id for one in whole.claims if one.verdict is PatternVerdict.NOT_APPLICABLE}
     assert none == set(about_nothing)
     return {one.verdict for one in whole.claims if one.claim.id not in none}
 
@@ -300,7 +300,7 @@ def test_ignoring_losses_violates_separation() -> None:
     assert violated(whole.claims) >= {"lemma-1", "lemma-2", "plans-from-truth", "tracked-separation", "lemma-3"}
     assert whole.violated
     one = decided(whole, "tracked-separation")
-    assert (one.verdict, one.rounds, one.lost) == (Verdict.VIOLATED, 2, 2)
+    assert (one.verdict, one.rounds, one.lost) == (PatternVerdict.VIOLATED, 2, 2)
     assert [line.split(":")[0].split(" in ")[0] for line in one.chain] == [
         "Loss",
         "Trackers",
@@ -459,7 +459,7 @@ def test_a_planner_that_gives_up_is_found(monkeypatch: pytest.MonkeyPatch) -> No
     _plant(monkeypatch, gives_up)
     whole = explore_flights(ONE_CU, 2, silent)
     one = decided(whole, "theorem-1")
-    assert one.verdict is Verdict.UNDECIDED
+    assert one.verdict is PatternVerdict.UNDECIDED
     assert "feasible problems (first in round 0, CU 0 for UAV " in one.why
     assert "no time" in one.why
     assert whole.undecided
@@ -473,7 +473,7 @@ def test_a_dip_between_the_samples_is_found() -> None:
     for what, is_violated in ((near, False), (wide, True)):
         whole = found(setting(what, 1), 4)
         one = decided(whole, "eq-2")
-        assert (one.verdict is Verdict.VIOLATED) == is_violated
+        assert (one.verdict is PatternVerdict.VIOLATED) == is_violated
         assert whole.continuous_lower <= metres(whole.sampled)
         if is_violated:
             assert whole.continuous_lower < 0.3
@@ -500,8 +500,8 @@ def test_an_interrupted_search_says_what_it_found() -> None:
     assert whole.stopped == "interrupted"
     assert whole.patterns == [2**10, 2**20]
     assert violated(whole.claims) == violated(found(IGNORING, 2).claims)
-    assert {one.verdict for one in whole.claims} == {Verdict.VIOLATED, Verdict.UNDECIDED}
-    undecided = [one for one in whole.claims if one.verdict is Verdict.UNDECIDED]
+    assert {one.verdict for one in whole.claims} == {PatternVerdict.VIOLATED, PatternVerdict.UNDECIDED}
+    undecided = [one for one in whole.claims if one.verdict is PatternVerdict.UNDECIDED]
     assert all(one.why == "interrupted" + "; holds for the first 2 rounds" * bool(one.instances) for one in undecided)
     assert any(one.instances for one in undecided)
     assert whole.tracked == found(IGNORING, 2).tracked
@@ -511,7 +511,7 @@ def test_an_interruption_before_anything_is_found() -> None:
     """Interrupted at once, nothing is decided, and that is said."""
     whole = explore_flights(CROSSING, 2, interrupting(0))
     assert (whole.stopped, whole.patterns, whole.swarms) == ("interrupted", [], [1])
-    assert {one.verdict for one in whole.claims} == {Verdict.UNDECIDED}
+    assert {one.verdict for one in whole.claims} == {PatternVerdict.UNDECIDED}
 
 
 def test_patterns_of_an_unknown_start() -> None:
@@ -528,7 +528,7 @@ def test_too_many_swarms_end_a_search(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = explore_flights(CROSSING, 2, silent)
     assert whole.stopped == "more than 15 swarms"
     assert whole.patterns == []
-    assert {one.verdict for one in whole.claims} == {Verdict.UNDECIDED}
+    assert {one.verdict for one in whole.claims} == {PatternVerdict.UNDECIDED}
 
 
 @pytest.mark.parametrize("most", [2, 16, 17, 18, 100, 457])
@@ -541,10 +541,14 @@ def test_a_limit_of_states_ends_a_search(most: int) -> None:
     assert complete == (0 if most <= 17 else 1)
     assert whole.patterns == full.patterns[:complete]
     assert whole.swarms == full.swarms[: complete + 1]
-    assert {one.verdict for one in whole.claims} == {Verdict.UNDECIDED}
+    assert {one.verdict for one in whole.claims} == {PatternVerdict.UNDECIDED}
     # of a claim of which the complete rounds had nothing, it is not said that it holds
     stopped = f"the limit of {most} states"
-    held = {one.claim.id for one in found(CROSSING, 1).claims if one.verdict is Verdict.HOLDS} if complete else set()
+    held = (
+        {one.claim.id for one in found(CROSSING, 1).claims if one.verdict is PatternVerdict.HOLDS}
+        if complete
+        else set()
+    )
     for one in whole.claims:
         assert one.why == stopped + ("; holds for the first round" if one.claim.id in held else "")
     assert any(one.why != stopped for one in whole.claims) == bool(complete)
@@ -600,9 +604,9 @@ def test_violations_on_the_way_are_kept() -> None:
         assert whole.stopped is not None
         assert len(whole.patterns) < 2
         assert violated(whole.claims) <= violated(full.claims)
-        kept |= {(one.claim.id, one.rounds) for one in whole.claims if one.verdict is Verdict.VIOLATED}
+        kept |= {(one.claim.id, one.rounds) for one in whole.claims if one.verdict is PatternVerdict.VIOLATED}
         for one in whole.claims:
-            if one.verdict is Verdict.VIOLATED:
+            if one.verdict is PatternVerdict.VIOLATED:
                 flown = record(IGNORING, losses_in(one.cause), len(one.cause))
                 assert one.claim.id in violated(flown.flown.claims)
     assert {("lemma-1", 1), ("lemma-2", 1)} <= kept
@@ -628,9 +632,11 @@ def test_numbers_of_rounds_are_checked(text: str) -> None:
 def assert_all_hold(whole: Exhaustive) -> None:
     """Assert that every claim holds of which there was an instance, that of separation among them."""
     verdicts = {one.claim.id: one.verdict for one in whole.claims}
-    expected = {one.claim.id: Verdict.HOLDS if one.instances else Verdict.NOT_APPLICABLE for one in whole.claims}
+    expected = {
+        one.claim.id: PatternVerdict.HOLDS if one.instances else PatternVerdict.NOT_APPLICABLE for one in whole.claims
+    }
     assert verdicts == expected
-    assert verdicts["tracked-separation"] is verdicts["theorem-2"] is Verdict.HOLDS
+    assert verdicts["tracked-separation"] is verdicts["theorem-2"] is PatternVerdict.HOLDS
 
 
 # Larger ones

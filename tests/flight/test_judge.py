@@ -31,10 +31,11 @@ from tests.flight.flights import Buggy, Recording, Tamper, planner_of, record, r
 from tests.flight.settings import flown, limits, setting
 from tests.points import points
 
+from swarmproof.claims.verdict import Verdict
 from swarmproof.dmpc_swarm.claims.flight import FLIGHT_CLAIMS
-from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, Kind
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS
 from swarmproof.dmpc_swarm.flight.fly import Plans
-from swarmproof.dmpc_swarm.flight.judge import PATIENCE, FlightVerdict
+from swarmproof.dmpc_swarm.flight.judge import PATIENCE
 from swarmproof.dmpc_swarm.flight.run import Setting
 from swarmproof.dmpc_swarm.flight.state import Round
 from swarmproof.dmpc_swarm.planner.accept import broken_constraint
@@ -363,10 +364,10 @@ def test_why_there_is_no_plan_is_counted() -> None:
 def test_every_claim_is_judged_once(what: What) -> None:
     """All safety claims of the protocol and all claims about flights are judged, and none of them is said to hold."""
     judged = recorded(*what).flown.claims
-    asked = [claim.id for claim in CLAIMS if claim.kind is Kind.SAFETY] + [claim.id for claim in FLIGHT_CLAIMS]
+    asked = [claim.id for claim in CLAIMS if claim.is_safety] + [claim.id for claim in FLIGHT_CLAIMS]
     assert [one.claim.id for one in judged] == asked
     for one in judged:
-        if one.verdict is FlightVerdict.VIOLATED:
+        if one.verdict is Verdict.VIOLATED:
             assert one.why
             assert one.rounds is not None
             assert one.lost is not None
@@ -375,13 +376,13 @@ def test_every_claim_is_judged_once(what: What) -> None:
         else:
             assert (one.rounds, one.lost, one.times, one.chain) == (None, None, 0, ())
             assert one.place is None
-            assert (one.verdict is FlightVerdict.NOT_APPLICABLE) == bool(one.why) == (one.instances == 0)
-            assert one.verdict is FlightVerdict.NOT_APPLICABLE or one.claim.id != "eq-2-actual"
+            assert (one.verdict is Verdict.NOT_APPLICABLE) == bool(one.why) == (one.instances == 0)
+            assert one.verdict is Verdict.NOT_APPLICABLE or one.claim.id != "eq-2-actual"
 
 
 def test_one_flight_proves_nothing() -> None:
     """There is no verdict with which a single flight could say that a claim holds."""
-    assert [one.value for one in FlightVerdict] == ["violated", "not-violated", "undecided", "not-applicable"]
+    assert [one.value for one in Verdict] == ["violated", "not-violated", "undecided", "not-applicable"]
 
 
 def test_a_violation_says_when_it_was_first_seen() -> None:
@@ -428,7 +429,7 @@ def test_a_planner_without_plans_is_a_limit_of_ours() -> None:
     (k, w, i, _) = unsolved[0]
     assert 0 < len(unsolved) < len(tried)
     (judged,) = (one for one in flown.claims if one.claim.id == "theorem-1")
-    assert judged.verdict is FlightVerdict.UNDECIDED
+    assert judged.verdict is Verdict.UNDECIDED
     assert flown.undecided
     assert not flown.violated
     said = (
@@ -513,6 +514,6 @@ def test_the_time_of_a_collision_is_in_its_round() -> None:
     """A violation of eq. (2) names two trajectories that are that close at that time."""
     recording = recorded("random", 2, "iid:0.3", 30, 0, "ignore-loss")
     (judged,) = (one for one in recording.flown.claims if one.claim.id == "eq-2")
-    assert judged.verdict is FlightVerdict.VIOLATED
+    assert judged.verdict is Verdict.VIOLATED
     assert f"{recording.flown.continuous_lower:.6g} m apart" in judged.why
     assert judged.chain[-1].endswith(f"{recording.flown.continuous_lower:.4f} m apart (scaled).")

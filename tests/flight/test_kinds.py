@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 from tests.flight.settings import setting
 
-from swarmproof.dmpc_swarm.flight.exhaustive import Verdict, explore_flights
+from swarmproof.claims.verdict import Verdict
+from swarmproof.dmpc_swarm.flight.exhaustive import PatternVerdict, explore_flights
 from swarmproof.dmpc_swarm.flight.incremental import Flights
-from swarmproof.dmpc_swarm.flight.judge import FlightVerdict
 from swarmproof.dmpc_swarm.flight.log import Log
 from swarmproof.dmpc_swarm.flight.run import Setting, fly
 from swarmproof.dmpc_swarm.flight.state import Round
@@ -183,7 +183,7 @@ def violated(what: Setting, fleet: Fleet) -> tuple[set[str], Fraction]:
     seen = Watched.__new__(Watched)
     seen.rounds = []
     flown, _ = fly(what, parse("none", 8, what.cus, 0), 25, seen.rounds.append, flight)
-    return {one.claim.id for one in flown.claims if one.verdict is FlightVerdict.VIOLATED}, least_share(seen)
+    return {one.claim.id for one in flown.claims if one.verdict is Verdict.VIOLATED}, least_share(seen)
 
 
 def test_a_planner_that_counts_the_smaller_radius_twice_is_caught(hetero: Scenario) -> None:
@@ -297,7 +297,7 @@ def test_a_crash_has_its_own_ellipsoid() -> None:
 def test_a_large_crash_ellipsoid_is_entered() -> None:
     """With an ellipsoid of crashes that plans know nothing of, eq. (2) alone is violated; the chain says how far."""
     seen = Watched(setting("crossing", changes=("crash_theta_inverse=0.4",)), 30)
-    (broken,) = [one for one in seen.flown.claims if one.verdict is FlightVerdict.VIOLATED]
+    (broken,) = [one for one in seen.flown.claims if one.verdict is Verdict.VIOLATED]
     assert broken.claim.id == "eq-2"
     (said,) = [line for line in broken.chain if "Closest approach" in line]
     assert f"{seen.flown.continuous_lower:.4f} m apart" in said
@@ -322,14 +322,14 @@ def test_searches_know_the_pairs(tmp_path_factory: pytest.TempPathFactory) -> No
     """All losses of two rounds are flown; a flight of the adversary has the distance that the judge certifies."""
     what = setting(two(str(tmp_path_factory.mktemp("two"))))
     found = explore_flights(what, 2, lambda *_: None)
-    assert not [one for one in found.claims if one.verdict is Verdict.VIOLATED]
+    assert not [one for one in found.claims if one.verdict is PatternVerdict.VIOLATED]
     seen = Watched(what, 12)
     assert not seen.flown.violated
     flown = Flights(what, 12).fly((), whole=True)
     assert flown.distance == pytest.approx(seen.flown.continuous_lower, rel=1e-8)
     # of the second UAV only, as the first one follows its reference exactly
     (actual,) = [one for one in seen.flown.claims if one.claim.id == "eq-2-actual"]
-    assert actual.verdict is FlightVerdict.NOT_VIOLATED
+    assert actual.verdict is Verdict.NOT_VIOLATED
 
 
 # Scenarios

@@ -31,7 +31,8 @@ from tests.flight.settings import (
 from tests.margin.settings import TILTED
 from tests.points import points
 
-from swarmproof.dmpc_swarm.flight.judge import FlightVerdict, Flown
+from swarmproof.claims.verdict import Verdict
+from swarmproof.dmpc_swarm.flight.judge import Flown
 from swarmproof.dmpc_swarm.flight.run import Setting, fly
 from swarmproof.dmpc_swarm.planner import planner as planner_module
 from swarmproof.dmpc_swarm.planner.plan import Plan
@@ -146,13 +147,13 @@ def flight(
 
 def violated(result: Flown) -> set[str]:
     """Return the violated claims."""
-    return {judged.claim.id for judged in result.claims if judged.verdict is FlightVerdict.VIOLATED}
+    return {judged.claim.id for judged in result.claims if judged.verdict is Verdict.VIOLATED}
 
 
 def check_garbage_flight(name: str, result: Flown) -> None:
     """Check that a flight with garbage violates nothing, leaves Theorem 1 undecided, and that it is counted."""
     assert violated(result) == set()
-    open_ = {judged.claim.id for judged in result.claims if judged.verdict is FlightVerdict.UNDECIDED}
+    open_ = {judged.claim.id for judged in result.claims if judged.verdict is Verdict.UNDECIDED}
     assert open_ <= {"theorem-1"}
     if name in NOT_ALWAYS_WRONG:
         return

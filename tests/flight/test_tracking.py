@@ -11,7 +11,8 @@ from tests.flight.flights import scenario, violated
 from tests.flight.settings import lattice, setting
 from tests.points import points
 
-from swarmproof.dmpc_swarm.flight.judge import FlightVerdict, Flown
+from swarmproof.claims.verdict import Verdict
+from swarmproof.dmpc_swarm.flight.judge import Flown
 from swarmproof.dmpc_swarm.flight.run import fly
 from swarmproof.dmpc_swarm.flight.tracking import TrackingError
 from swarmproof.faults.grammar import parse
@@ -146,7 +147,7 @@ def flown_with(tracking_error: str, rounds: int = 30) -> Flown:
     return fly(what, parse("iid:0.1", 2, 2, 0), rounds)[0]
 
 
-def verdict(flown: Flown, claim: str) -> FlightVerdict:
+def verdict(flown: Flown, claim: str) -> Verdict:
     """Return what became of a claim."""
     return next(judged.verdict for judged in flown.claims if judged.claim.id == claim)
 
@@ -154,8 +155,8 @@ def verdict(flown: Flown, claim: str) -> FlightVerdict:
 def test_a_small_error_is_no_collision() -> None:
     """With errors of 2 cm, the actual positions are asked about, and the references are what they would be without."""
     exact, moved = flown_with("0"), flown_with("0.02")
-    assert verdict(exact, "eq-2-actual") is FlightVerdict.NOT_APPLICABLE
-    assert verdict(moved, "eq-2-actual") is FlightVerdict.NOT_VIOLATED
+    assert verdict(exact, "eq-2-actual") is Verdict.NOT_APPLICABLE
+    assert verdict(moved, "eq-2-actual") is Verdict.NOT_VIOLATED
     assert exact.band.tobytes() == moved.band.tobytes()
     assert exact.continuous_lower == moved.continuous_lower
     assert violated(moved.claims) == set()

@@ -9,14 +9,18 @@ from tests.bruteforce import plain_search
 from tests.quality.bugs import BASE_STATES, BASE_STATES_ROUND_ROBIN, CAUGHT, HARMLESS, NAMED, Bug, Caught, NamedBug
 from tests.quality.planting import Edit, plant
 
+from swarmproof.claims.claim import Recovers
+from swarmproof.claims.verdict import Verdict
 from swarmproof.dmpc_swarm.claims.observed import ObservedSwarm
-from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, Claim, Kind
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, ProtocolClaim
 from swarmproof.dmpc_swarm.protocol import algorithm1, algorithm2
 from swarmproof.dmpc_swarm.semantics import Semantics
 from swarmproof.dmpc_swarm.symmetry import Abstraction
-from swarmproof.explore.decide import Decided, Result, Scope, Verdict, verify
+from swarmproof.dmpc_swarm.system import swarm as scope
+from swarmproof.explore.decide import Decided, Result, verify
 from swarmproof.explore.search import Limits
-from swarmproof.trace.trace import record, replay
+from swarmproof.trace.replay import replay
+from swarmproof.trace.trace import record
 
 ROUND_ROBIN = ("event_trigger=round-robin",)
 
@@ -26,8 +30,8 @@ def _marked(bugs: tuple[Bug, ...]) -> list[object]:
 
 
 def _verify(bug: Bug) -> Result:
-    scope = Scope(2, 2, Semantics.parse("guarded", bug.overrides), bug.abstraction)
-    return verify(scope, limits=Limits(max_states=bug.max_states))
+    what = scope(2, 2, Semantics.parse("guarded", bug.overrides), bug.abstraction)
+    return verify(what, limits=Limits(max_states=bug.max_states))
 
 
 def _caught_by(result: Result) -> dict[str, Caught]:
@@ -40,7 +44,7 @@ def _caught_by(result: Result) -> dict[str, Caught]:
 
 
 def _worst_rounds(result: Result) -> int | None:
-    return next(d.worst_rounds for d in result.claims if d.claim.kind is Kind.RECOVERY)
+    return next(d.worst_rounds for d in result.claims if isinstance(d.claim.question, Recovers))
 
 
 def _check(bug: Bug, result: Result) -> None:
@@ -57,7 +61,7 @@ def _check(bug: Bug, result: Result) -> None:
 )
 def test_without_a_bug_every_claim_holds(overrides: tuple[str, ...], abstraction: Abstraction, states: int) -> None:
     """The base of all bugs violates no claim, reaches its fixpoint, and needs 9 rounds to recover at worst."""
-    result = verify(Scope(2, 2, Semantics.parse("guarded", overrides), abstraction))
+    result = verify(scope(2, 2, Semantics.parse("guarded", overrides), abstraction))
     assert _caught_by(result) == {}
     assert result.fixpoint
     assert result.states == states
@@ -96,16 +100,16 @@ def test_a_bug_about_names_is_caught(bug: NamedBug, monkeypatch: pytest.MonkeyPa
     """A search without renaming finds the shortest runs as listed, and they replay on the changed model."""
     semantics = Semantics.parse("guarded", ["initial=known"])
 
-    def broken(claim: Claim) -> Callable[[ObservedSwarm], bool]:
+    def broken(claim: ProtocolClaim) -> Callable[[ObservedSwarm], bool]:
         return lambda swarm: bool(claim.broken_in(swarm))
 
-    claims = {c.id: broken(c) for c in CLAIMS if c.kind is Kind.SAFETY and c.applies_to(semantics)}
+    claims = {c.id: broken(c) for c in CLAIMS if c.is_safety and c.applies_to(semantics)}
     assert plain_search(2, 1, semantics, claims, depth=4) == {}
     plant(bug.edit, monkeypatch)
     runs = plain_search(2, 1, semantics, claims, depth=4)
     assert {claim: (len(run.events), run.lost) for claim, run in runs.items()} == bug.caught
     for claim, run in runs.items():
-        assert replay(record(2, 1, semantics, claim, run.events)).lost_messages == run.lost
+        assert replay(record(scope(2, 1, semantics), claim, run.events)).lost_messages == run.lost
 
 
 def test_names_of_bugs_are_unique() -> None:

@@ -12,10 +12,11 @@ from tests.flight import test_accept_rounding, test_separation
 from tests.margin import test_check_planes
 from tests.quality.planting import Edit, plant
 
+from swarmproof.dmpc_swarm import rounds
 from swarmproof.dmpc_swarm.planner import accept
 from swarmproof.explore import recovery
 from swarmproof.margin import check_planes
-from swarmproof.monitor import separation, watch
+from swarmproof.monitor import separation
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,7 @@ SAFEGUARDS = (
     ),
     Safeguard(
         "the memo of claims per UAV without the CUs' states",
-        Edit(watch, "controls = key >> self._column_bits", "controls = 0"),
+        Edit(rounds, "rest = self.outline(key)", "rest = 0"),
         partial(test_watch.test_the_first_states_are_those_of_reading_everything, real=False),
     ),
 )

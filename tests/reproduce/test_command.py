@@ -472,7 +472,7 @@ def test_an_interrupted_run_goes_on(
         "from swarmproof.cli import main\n"
         "from swarmproof.commands import reproduce as command\n"
         "from swarmproof.campaign.store import Store\n"
-        "from swarmproof.reproduce import decide\n"
+        "from swarmproof.campaign import decide\n"
         "from tests.reproduce.test_command import CLAIMS, many\n"
         "kept, put = [], Store.put\n"
         "def interrupted(self, cell, stored):\n"

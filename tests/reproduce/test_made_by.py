@@ -123,7 +123,7 @@ RULES = {
     "what is measured": (path_of(measure), "+ 1 if", "+ 2 if"),
     "what a cell is": (path_of(cell), "self.trigger, self.preset", "self.preset, self.trigger"),
     "a shipped scenario": (path_of(scenario).with_name("circle.toml"), "1.45", "1.44"),
-    "a module more": (path_of(qp), "import numpy as np", "import numpy as np\nfrom swarmproof.verify import matrix"),
+    "a module more": (path_of(qp), "import numpy as np", "import numpy as np\nfrom swarmproof.campaign import matrix"),
 }
 #: What says nothing of what is done.
 WORDS = {
@@ -196,7 +196,7 @@ def test_modules_are_those_of_a_flight() -> None:
     found = modules()
     for of in (judge, qp, algorithm2, scenario, choices, measure, cell, flight, predicates, outlook, detour):
         assert found[of.__name__] == path_of(of)
-    assert not any(name.startswith(("swarmproof.report", "swarmproof.commands", "swarmproof.margin")) for name in found)
+    assert not any(name.startswith(("swarmproof.pages", "swarmproof.commands", "swarmproof.margin")) for name in found)
     assert experiments.__name__ not in found
 
 
@@ -250,7 +250,7 @@ def test_it_does_not_matter_where_the_code_is(tmp_path: Path) -> None:
     for folder in ("spec", "model", "checks"):
         shutil.copytree(REPOSITORY / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
     code = (
-        "from swarmproof.reproduce import made_by as module\n"
+        "from swarmproof.campaign import provenance as module\n"
         "print(module.__file__, module.made_by()['swarmproof'])\n"
         "path = module.modules()['swarmproof.dmpc_swarm.planner.outlook']\n"
         "path.write_text(path.read_text().replace('ARRIVED = 0.05', 'ARRIVED = 0.06'))\n"

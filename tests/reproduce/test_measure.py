@@ -19,11 +19,12 @@ import numpy as np
 import pytest
 
 from swarmproof.campaign.trial import Cell
+from swarmproof.claims.verdict import Verdict
 from swarmproof.cli import main
 from swarmproof.dmpc_swarm.experiments import measure as module
 from swarmproof.dmpc_swarm.experiments.measure import RADII, REACHED, Leg, Measured, measure
 from swarmproof.dmpc_swarm.flight import run
-from swarmproof.dmpc_swarm.flight.judge import FlightVerdict, Flown
+from swarmproof.dmpc_swarm.flight.judge import Flown
 from swarmproof.dmpc_swarm.flight.state import Round
 from swarmproof.dmpc_swarm.protocol.algorithm1 import CuState
 from swarmproof.dmpc_swarm.protocol.messages import TrajectoryMessage
@@ -357,7 +358,7 @@ def test_a_collision_is_one_with_certainty() -> None:
 
 def told(flown: Flown, lower: float, violated: bool) -> Flown:
     """Return a flight with this bound, in which the claim that UAVs keep d_min is violated or not."""
-    verdict = FlightVerdict.VIOLATED if violated else FlightVerdict.NOT_VIOLATED
+    verdict = Verdict.VIOLATED if violated else Verdict.NOT_VIOLATED
     claims = tuple(replace(one, verdict=verdict) if one.claim.id == "eq-2" else one for one in flown.claims)
     assert any(one.claim.id == "eq-2" for one in claims)
     return replace(flown, continuous_lower=lower, claims=claims)

@@ -6,42 +6,49 @@ A known flaw of a paper is an expected *violated*; what must not pass unnoticed 
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
+from math import prod
 
 from swarmproof.campaign.pool import run_jobs
-from swarmproof.dmpc_swarm.claims.protocol import CLAIMS
-from swarmproof.dmpc_swarm.semantics import Semantics
+from swarmproof.claims.claim import Recovers
+from swarmproof.claims.verdict import Verdict
 from swarmproof.errors import BadInput
-from swarmproof.explore.decide import Decided, Result, Scope, Verdict, verify
+from swarmproof.explore.decide import Decided, Result, verify
 from swarmproof.explore.search import Limits
+from swarmproof.systems import PACKAGES, Scope, System
 
 
 @dataclass(frozen=True)
 class Row:
     """One configuration, and what is expected of each claim in the words of :func:`in_short`."""
 
-    uavs: int
-    cus: int
+    system: System
+    sizes: Mapping[str, int]
     preset: str
     overrides: tuple[str, ...]
-    expected: dict[str, str]
+    expected: Mapping[str, str]
 
     @property
     def scope(self) -> Scope:
         """What the row is about."""
-        return Scope(self.uavs, self.cus, Semantics.parse(self.preset, self.overrides))
+        return Scope(self.system, self.sizes, self.system.reading.parse(self.preset, self.overrides))
+
+    @property
+    def size(self) -> str:
+        """Its sizes, such as ``2x2``."""
+        return "x".join(str(self.sizes[size.name]) for size in self.system.sizes)
 
     @property
     def name(self) -> str:
         """A name that is unique in the matrix and can be a folder's."""
-        return "-".join([f"{self.uavs}x{self.cus}", self.preset, *(one.replace("=", "-") for one in self.overrides)])
+        return "-".join([self.size, self.preset, *(one.replace("=", "-") for one in self.overrides)])
 
 
 def in_short(decided: Decided) -> str:
     """Return a verdict with its lengths, such as ``violated in 8 rounds, 0 lost``: what the matrix records."""
-    if decided.claim.id == "recovery" and decided.verdict is Verdict.HOLDS:
+    if isinstance(decided.claim.question, Recovers) and decided.verdict is Verdict.HOLDS:
         return f"holds within {decided.worst_rounds}"
     if decided.rounds is None:
         return str(decided.verdict)
@@ -74,33 +81,46 @@ class RowResult:
         return any(decided.verdict is Verdict.UNDECIDED for decided in self.result.claims)
 
 
-def load_matrix() -> list[Row]:
-    """Read the recorded matrix, which ships with the package."""
-    text = files("swarmproof.dmpc_swarm").joinpath("matrix.toml").read_text(encoding="utf-8")
+def load_matrix(system: System) -> list[Row]:
+    """Return the recorded matrix of a system, which ships with its package.
+
+    Raises:
+        BadInput: none is recorded.
+    """
+    path = files(f"swarmproof.{PACKAGES[system.name]}").joinpath("matrix.toml")
+    if not path.is_file():
+        raise BadInput(f"no matrix is recorded for {system.name}: verify it without --matrix")
     return [
-        Row(entry["uavs"], entry["cus"], entry["semantics"], tuple(entry["set"]), entry["expect"])
-        for entry in tomllib.loads(text)["configuration"]
+        Row(system, _sizes(system, entry), entry["semantics"], tuple(entry["set"]), entry["expect"])
+        for entry in tomllib.loads(path.read_text(encoding="utf-8"))["configuration"]
     ]
 
 
-def select_rows(rows: Sequence[Row], uavs: int | None, cus: int | None, preset: str | None) -> list[Row]:
+def _sizes(system: System, entry: Mapping[str, int]) -> dict[str, int]:
+    return {size.name: entry[size.name] for size in system.sizes}
+
+
+def select_rows(rows: Sequence[Row], sizes: Mapping[str, int | None], preset: str | None) -> list[Row]:
     """Return the rows of these sizes and this preset; None selects all.
 
     Raises:
         BadInput: there are none.
     """
     selected = [
-        row for row in rows if uavs in (None, row.uavs) and cus in (None, row.cus) and preset in (None, row.preset)
+        row
+        for row in rows
+        if all(number in (None, row.sizes.get(name)) for name, number in sizes.items()) and preset in (None, row.preset)
     ]
     if not selected:
-        sizes = ", ".join(sorted({f"{row.uavs} x {row.cus}" for row in rows}))
-        raise BadInput(f"the matrix has no such configuration: it has UAVs x CUs {sizes}")
+        nouns = " x ".join(size.noun for size in rows[0].system.sizes)
+        there = ", ".join(sorted({row.size.replace("x", " x ") for row in rows}))
+        raise BadInput(f"the matrix has no such configuration: it has {nouns} {there}")
     return selected
 
 
 def _run(job: tuple[Row, Limits]) -> Result:
     row, limits = job
-    return verify(row.scope, CLAIMS, limits)
+    return verify(row.scope, limits=limits)
 
 
 def run_matrix(
@@ -125,9 +145,7 @@ def run_matrix(
         on_row(row_result)
 
     # the longest first, so that no core is idle at the end
-    longest_first = sorted(
-        rows, key=lambda row: (-row.uavs * row.cus, "event_trigger=round-robin" not in row.overrides)
-    )
+    longest_first = sorted(rows, key=lambda row: (-prod(row.sizes.values()), -len(row.overrides)))
     run_jobs(_run, [(row, limits) for row in longest_first], processes, keep, say)
     return [found[row.name] for row in rows if row.name in found]
 
@@ -139,8 +157,8 @@ def as_toml(results: Sequence[RowResult]) -> Iterator[str]:
         row = row_result.row
         yield ""
         yield "[[configuration]]"
-        yield f"uavs = {row.uavs}"
-        yield f"cus = {row.cus}"
+        for name, number in row.sizes.items():
+            yield f"{name} = {number}"
         yield f'semantics = "{row.preset}"'
         yield _set_line(row)
         yield "[configuration.expect]"

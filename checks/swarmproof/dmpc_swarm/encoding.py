@@ -14,6 +14,7 @@ from swarmproof.dmpc_swarm.protocol.swarm import Swarm, initial_swarm
 from swarmproof.dmpc_swarm.protocol.uav import Uav
 from swarmproof.dmpc_swarm.semantics import Semantics
 from swarmproof.dmpc_swarm.symmetry import CANONICAL_ROUND, Abstraction, Column, canonical_swarm
+from swarmproof.explore.steps import TooLarge
 
 T = TypeVar("T", bound=Hashable)
 
@@ -21,10 +22,6 @@ COLUMN_BITS = 20
 CONTROL_BITS = 10
 PHASE_BITS = 4
 AIR_BITS = 24
-
-
-class TooLarge(RuntimeError):
-    """A field of the packed key overflowed: the configuration is beyond what this engine explores."""
 
 
 class Numbering(Generic[T]):

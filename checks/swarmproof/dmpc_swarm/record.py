@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from swarmproof.campaign.matrix import Row, as_toml, run_matrix
 from swarmproof.dmpc_swarm.semantics import PRESETS, SWITCHES, Semantics
+from swarmproof.dmpc_swarm.system import SYSTEM
 from swarmproof.explore.search import Limits
 
 
@@ -18,7 +19,7 @@ def configurations() -> Iterator[Row]:
         semantics = Semantics.parse(preset, overrides)
         if (uavs, cus, semantics) not in seen:
             seen.add((uavs, cus, semantics))
-            yield Row(uavs, cus, preset, overrides, {})
+            yield Row(SYSTEM, {"uavs": uavs, "cus": cus}, preset, overrides, {})
 
     for uavs, cus in ((2, 1), (2, 2), (3, 2)):
         for preset in PRESETS:

@@ -3,13 +3,13 @@
 A round is cut into the steps *decide, UAV 0 ... UAV N-1, CU 0 ... CU M-1, finish*. Receivers lose messages
 independently, so each step can be taken for each intermediate swarm on its own, and intermediate swarms that have
 become equal are merged before the next step. What a receiver can come to is computed by the readable model
-(:mod:`swarmproof.mlr`), once per distinct local situation, by running through all its loss patterns; the tables here
-only remember it.
+(:mod:`swarmproof.dmpc_swarm.protocol`), once per distinct local situation, by running through all its loss patterns;
+the tables here only remember it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 from swarmproof.dmpc_swarm.encoding import (
@@ -37,10 +37,7 @@ from swarmproof.dmpc_swarm.symmetry import (
     canonical_columns_with_ages,
     forget,
 )
-
-#: Values of a frontier: the losses of the cheapest way here, above the index of the swarm that it comes from.
-PARENT_BITS = 32
-PARENT_MASK = (1 << PARENT_BITS) - 1
+from swarmproof.explore.steps import PARENT_BITS, Frontier
 
 
 class _AirPlan(NamedTuple):
@@ -74,7 +71,6 @@ def _renamed(tracker: InformationTracker, names: dict[Trajectory, Trajectory]) -
 #: (number of the tracker for each UAV, number of the control, fewest losses)
 _CuOutcome = tuple[tuple[int, ...], int, int]
 _PLACEHOLDER = Trajectory(Metadata(-9, -9))
-Frontier = dict[int, int]
 
 
 class Rounds(PackedSwarms):
@@ -113,6 +109,22 @@ class Rounds(PackedSwarms):
         for w in range(self.cus):
             frontier = self._receive_at_cu(frontier, w, lossless)
         return self._finish(frontier)
+
+    def loss_free(self, keys: Sequence[int]) -> Iterator[tuple[int, int]]:
+        """Yield (position in `keys`, key one round later) for every round that loses nothing, each pair once."""
+        key_mask = (1 << self.key_bits) - 1
+        tagged = {key | position << self.tag_at: 0 for position, key in enumerate(keys)}
+        for key in self.run(tagged, lossless=True):
+            yield key >> self.tag_at, key & key_mask
+
+    def parts(self, key: int) -> Sequence[Hashable]:
+        """Return, for each UAV, what determines all that concerns it: its column, and what is no column."""
+        rest = self.outline(key)
+        return [(i, column, rest) for i, column in enumerate(self.column_numbers(key))]
+
+    def outline(self, key: int) -> Hashable:
+        """Return all but the columns: the CUs' states, who is asked, k mod M."""
+        return key >> COLUMN_BITS * self.uavs
 
     def _decide(self, frontier: Frontier) -> Frontier:
         """Algorithm 1, lines 12-34, on every CU."""

@@ -4,49 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from enum import StrEnum
+from typing import Any
 
-from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, Claim, Kind
-from swarmproof.dmpc_swarm.claims.witnesses import RECOVERY_LEFT, WITNESSES
-from swarmproof.dmpc_swarm.concretise import follow
-from swarmproof.dmpc_swarm.protocol.algorithm1 import CuState
-from swarmproof.dmpc_swarm.protocol.swarm import initial_swarm
-from swarmproof.dmpc_swarm.rounds import Rounds
-from swarmproof.dmpc_swarm.semantics import Semantics
-from swarmproof.dmpc_swarm.symmetry import MOST_CUS, Abstraction
-from swarmproof.errors import BadInput
+from swarmproof.claims.claim import Always, Claim, Reachable, Recovers, Return, Witness
+from swarmproof.claims.verdict import Verdict
+from swarmproof.explore.concretise import follow
 from swarmproof.explore.recovery import decide_recovery
 from swarmproof.explore.search import Exploration, Limits, Progress, explore
 from swarmproof.monitor.watch import Watch
+from swarmproof.systems import Scope
 from swarmproof.trace.trace import Trace, record
-
-#: Beyond these the search space is out of reach, and the packed keys are not made for it.
-MOST_UAVS = 8
-
-
-class Verdict(StrEnum):
-    """What can be said of a claim."""
-
-    HOLDS = "holds"
-    VIOLATED = "violated"
-    UNDECIDED = "undecided"
-    NOT_APPLICABLE = "not-applicable"
-
-
-@dataclass(frozen=True)
-class Scope:
-    """What a verdict is about."""
-
-    uavs: int
-    cus: int
-    semantics: Semantics
-    abstraction: Abstraction = Abstraction.ESSENTIAL
-
-    def __post_init__(self) -> None:
-        """Raise BadInput on numbers of UAVs or CUs that cannot be."""
-        for name, number, most in (("UAVs", self.uavs, MOST_UAVS), ("CUs", self.cus, MOST_CUS)):
-            if not 1 <= number <= most:
-                raise BadInput(f"{number} {name} cannot be explored: choose 1 to {most}")
 
 
 @dataclass(frozen=True)
@@ -62,7 +29,7 @@ class Decided:
         trace: the trace.
     """
 
-    claim: Claim
+    claim: Claim[Any]
     verdict: Verdict
     why: str
     rounds: int | None = None
@@ -107,7 +74,7 @@ class Result:
 
 def verify(
     scope: Scope,
-    claims: Sequence[Claim] = CLAIMS,
+    claims: Sequence[Claim[Any]] | None = None,
     limits: Limits | None = None,
     on_progress: Callable[[Progress], None] | None = None,
     on_phase: Callable[[str], None] = lambda _: None,
@@ -116,7 +83,7 @@ def verify(
 
     Args:
         scope: what the verdicts are to be about.
-        claims: what to decide.
+        claims: what to decide; None for all claims of the system.
         limits: when to stop exploring.
         on_progress: called as the exploration goes on.
         on_phase: called with what is done after it, in words.
@@ -124,18 +91,21 @@ def verify(
     An interrupt (KeyboardInterrupt) ends what is being done: the exploration, or the decision of one claim, which is
     then undecided. What was found before is returned.
     """
-    rounds = Rounds(scope.uavs, scope.cus, scope.semantics, scope.abstraction)
-    applicable = [claim for claim in claims if claim.applies_to(scope.semantics)]
-    watch = Watch(rounds, applicable)
+    rounds = scope.steps()
+    claims = scope.system.claims if claims is None else claims
+    applicable = [claim for claim in claims if claim.applies_to(scope.reading)]
+    looked_for = [one for one in scope.system.witnesses if isinstance(one, Witness)]
+    watch = Watch(rounds, scope.model().observe, applicable, looked_for)
     exploration = explore(rounds, limits=limits, on_level=watch, on_progress=on_progress)
     transitions = rounds.steps
+    found = _Found(scope, exploration, watch)
     decided = []
     for claim in claims:
         on_phase(f"deciding {claim.id}")
-        decided.append(_decide_unless_interrupted(claim, scope, exploration, watch))
+        decided.append(found.decide_unless_interrupted(claim))
     on_phase("retelling the witnesses of non-vacuity")
     try:
-        witnesses = _witnesses(scope, exploration, watch)
+        witnesses = tuple(found.seen(one) for one in scope.system.witnesses)
     except KeyboardInterrupt:
         witnesses = ()
     return Result(
@@ -150,115 +120,106 @@ def verify(
     )
 
 
-def _decide_unless_interrupted(claim: Claim, scope: Scope, exploration: Exploration, watch: Watch) -> Decided:
-    try:
-        return _decide(claim, scope, exploration, watch)
-    except KeyboardInterrupt:
-        index = watch.first.get(claim.id)
-        if claim.kind is Kind.SAFETY and index is not None:
-            why = "a shortest run breaks it; it was not written down, since that was interrupted"
-            depth = exploration.depth_of(index)
-            return Decided(claim, Verdict.VIOLATED, why, depth, exploration.losses[index])
-        return Decided(claim, Verdict.UNDECIDED, "its decision was interrupted")
+@dataclass(frozen=True)
+class _Found:
+    """What an exploration found, from which claims are decided."""
 
+    scope: Scope
+    exploration: Exploration
+    watch: Watch
 
-def _decide(claim: Claim, scope: Scope, exploration: Exploration, watch: Watch) -> Decided:
-    if not claim.applies_to(scope.semantics):
-        return Decided(claim, Verdict.NOT_APPLICABLE, "it speaks of the selection of event_trigger=round-robin")
-    if scope.cus < claim.least_cus:
-        return Decided(claim, Verdict.NOT_APPLICABLE, f"it speaks of {claim.least_cus} CUs, and there is one")
-    if claim.kind is Kind.RECOVERY:
-        return _decide_recovery(claim, scope, exploration)
-    undecided = Decided(claim, Verdict.UNDECIDED, f"the exploration stopped early: {exploration.stopped}")
-    index = watch.first.get(claim.id)
-    if claim.kind is Kind.SAFETY:
-        if index is not None:
-            return _with_trace(claim, Verdict.VIOLATED, "a shortest run breaks it", scope, exploration, index)
-        if exploration.stopped is not None:
-            return undecided
-        return Decided(claim, Verdict.HOLDS, "true in every reachable state, for every message-loss pattern")
-    if index is not None:
-        return _with_trace(claim, Verdict.HOLDS, "a shortest run reaches it", scope, exploration, index)
-    if exploration.stopped is not None:
-        return undecided
-    return Decided(claim, Verdict.VIOLATED, "no reachable state is such")
+    def decide_unless_interrupted(self, claim: Claim[Any]) -> Decided:
+        """Decide one claim; what an interrupt leaves open is undecided."""
+        try:
+            return self._decide(claim)
+        except KeyboardInterrupt:
+            index = self.watch.first.get(claim.id)
+            if claim.is_safety and index is not None:
+                why = "a shortest run breaks it; it was not written down, since that was interrupted"
+                depth = self.exploration.depth_of(index)
+                return Decided(claim, Verdict.VIOLATED, why, depth, self.exploration.losses[index])
+            return Decided(claim, Verdict.UNDECIDED, "its decision was interrupted")
 
+    def _decide(self, claim: Claim[Any]) -> Decided:
+        if not claim.applies_to(self.scope.reading):
+            return Decided(claim, Verdict.NOT_APPLICABLE, f"it speaks of {claim.speaks_of}")
+        for size in self.scope.system.sizes:
+            least = claim.least.get(size.name, 0)
+            if self.scope.sizes[size.name] < least:
+                there = (
+                    "there is one" if self.scope.sizes[size.name] == 1 else f"there are {self.scope.sizes[size.name]}"
+                )
+                return Decided(claim, Verdict.NOT_APPLICABLE, f"it speaks of {least} {size.noun}, and {there}")
+        stopped, index = self.exploration.stopped, self.watch.first.get(claim.id)
+        undecided = Decided(claim, Verdict.UNDECIDED, f"the exploration stopped early: {stopped}")
+        match claim.question:
+            case Recovers():
+                return self._decide_recovery(claim, claim.question) if stopped is None else undecided
+            case Always():
+                if index is not None:
+                    return self._with_trace(claim, Verdict.VIOLATED, "a shortest run breaks it", index)
+                holds = "true in every reachable state, for every message-loss pattern"
+                return undecided if stopped is not None else Decided(claim, Verdict.HOLDS, holds)
+            case Reachable():
+                if index is not None:
+                    return self._with_trace(claim, Verdict.HOLDS, "a shortest run reaches it", index)
+                none = Decided(claim, Verdict.VIOLATED, "no reachable state is such")
+                return undecided if stopped is not None else none
 
-def _with_trace(
-    claim: Claim, verdict: Verdict, why: str, scope: Scope, exploration: Exploration, index: int
-) -> Decided:
-    trace = _trace(scope, exploration, claim.id, exploration.path_to(index))
-    depth = exploration.depth_of(index)
-    return Decided(claim, verdict, why, depth, exploration.losses[index], trace=trace)
+    def _with_trace(self, claim: Claim[Any], verdict: Verdict, why: str, index: int) -> Decided:
+        trace = self._trace(claim.id, self.exploration.path_to(index))
+        depth = self.exploration.depth_of(index)
+        return Decided(claim, verdict, why, depth, self.exploration.losses[index], trace=trace)
 
-
-def _decide_recovery(claim: Claim, scope: Scope, exploration: Exploration) -> Decided:
-    if exploration.stopped is not None:
-        return Decided(claim, Verdict.UNDECIDED, f"the exploration stopped early: {exploration.stopped}")
-    recovery = decide_recovery(exploration)
-    if recovery.holds:
-        why = "no loss-free cycle has a state in which some CU does not run"
-        if recovery.worst_rounds is None:
-            why += "; there is no bound, since the choices can put off the last recovery"
-        return Decided(claim, Verdict.HOLDS, why, worst_rounds=recovery.worst_rounds)
-    start = recovery.loop_start
-    path = [exploration.keys[n] for n in recovery.lasso]
-    avoidable = recovery.inevitable == 0
-    why = (
-        "without any loss the swarm can go round for ever; from every reachable state, other choices recover"
-        if avoidable
-        else f"from {recovery.inevitable} reachable states no choices lead back to all CUs running for good"
-    )
-    return Decided(
-        claim,
-        Verdict.VIOLATED,
-        why,
-        start,
-        exploration.losses[recovery.lasso[start]],
-        avoidable=avoidable,
-        trace=_trace(scope, exploration, claim.id, path, start),
-    )
-
-
-def _trace(
-    scope: Scope, exploration: Exploration, shows: str, path: Sequence[int], loop_start: int | None = None
-) -> Trace:
-    begin = initial_swarm(scope.uavs, scope.cus, scope.semantics)
-    events = follow(exploration.rounds, begin, path, lossless_from=loop_start)
-    return record(scope.uavs, scope.cus, scope.semantics, shows, events, loop_start)
-
-
-def _witnesses(scope: Scope, exploration: Exploration, watch: Watch) -> tuple[Seen, ...]:
-    seen = []
-    for witness in WITNESSES:
-        index = watch.first.get(witness.id)
-        path = None if index is None else exploration.path_to(index)
-        trace = None if path is None else _trace(scope, exploration, witness.id, path)
-        seen.append(Seen(witness.id, witness.wording, trace))
-    entered = watch.first.get("recovery-entered")
-    left = None if entered is None else _until_running_again(exploration, exploration.path_to(entered))
-    trace = None if left is None else _trace(scope, exploration, RECOVERY_LEFT, left)
-    seen.append(Seen(RECOVERY_LEFT, "a CU that had left RUN_DMPC came back to it", trace))
-    return tuple(seen)
-
-
-def _until_running_again(exploration: Exploration, path: list[int]) -> list[int] | None:
-    """Extend a way to a state with a CU in WAIT to the first state in which that CU runs again."""
-    rounds = exploration.rounds
-
-    def state(key: int, w: int) -> CuState:
-        return rounds.controls.values[rounds.control_numbers(key)[w]].state
-
-    waiting = [w for w in range(rounds.cus) if state(path[-1], w) is CuState.WAIT]
-    found: list[int] = []
-
-    def running_again(search: Exploration, begin: int) -> bool:
-        found.extend(
-            n
-            for n in range(begin, len(search.keys))
-            if any(state(search.keys[n], w) is CuState.RUN_DMPC for w in waiting)
+    def _decide_recovery(self, claim: Claim[Any], question: Recovers[Any]) -> Decided:
+        observe, exploration = self.scope.model().observe, self.exploration
+        recovery = decide_recovery(exploration, lambda state: question.goal(observe(state)))
+        if recovery.holds:
+            why = f"no loss-free cycle has a state in which {question.unsettled}"
+            if recovery.worst_rounds is None:
+                why += "; there is no bound, since the choices can put off the last recovery"
+            return Decided(claim, Verdict.HOLDS, why, worst_rounds=recovery.worst_rounds)
+        start = recovery.loop_start
+        path = [exploration.keys[n] for n in recovery.lasso]
+        avoidable = recovery.inevitable == 0
+        why = (
+            "without any loss the swarm can go round for ever; from every reachable state, other choices recover"
+            if avoidable
+            else f"from {recovery.inevitable} reachable states no choices lead back to {question.settled} for good"
         )
-        return bool(found)
+        return Decided(
+            claim,
+            Verdict.VIOLATED,
+            why,
+            start,
+            exploration.losses[recovery.lasso[start]],
+            avoidable=avoidable,
+            trace=self._trace(claim.id, path, start),
+        )
 
-    search = explore(rounds, start=path[-1], on_level=running_again)
-    return [*path, *search.path_to(found[0])[1:]] if found else None
+    def _trace(self, shows: str, path: Sequence[int], loop_start: int | None = None) -> Trace:
+        events = follow(self.scope.model(), self.exploration.rounds, path, lossless_from=loop_start)
+        return record(self.scope, shows, events, loop_start)
+
+    def seen(self, witness: Witness[Any] | Return[Any]) -> Seen:
+        """Return a witness with a shortest run that shows it."""
+        first = self.watch.first.get(witness.after if isinstance(witness, Return) else witness.id)
+        path = None if first is None else self.exploration.path_to(first)
+        if path is not None and isinstance(witness, Return):
+            path = self._until_back(witness, path)
+        return Seen(witness.id, witness.wording, None if path is None else self._trace(witness.id, path))
+
+    def _until_back(self, witness: Return[Any], path: list[int]) -> list[int] | None:
+        """Extend a way to a state with somebody away to the first state in which one of them is back."""
+        rounds, observe = self.exploration.rounds, self.scope.model().observe
+        away = witness.away(observe(rounds.unpack(path[-1])))
+        found: list[int] = []
+
+        def is_back(search: Exploration, begin: int) -> bool:
+            keys = search.keys
+            back = (n for n in range(begin, len(keys)) if away & witness.back(observe(rounds.unpack(keys[n]))))
+            found.extend(back)
+            return bool(found)
+
+        search = explore(rounds, start=path[-1], on_level=is_back)
+        return [*path, *search.path_to(found[0])[1:]] if found else None

@@ -1,25 +1,25 @@
-"""Decides the recovery claim on a finished exploration: what happens once nothing is lost any more.
+"""Decides a claim of recovery on a finished exploration: what happens once nothing is lost any more.
 
-In the graph of loss-free rounds, *settled* is the largest set of swarms in which all CUs run and that no loss-free
-round leaves. Recovery is violated if and only if there is a loss-free cycle along which some CU does not run at some
+In the graph of loss-free rounds, *settled* is the largest set of states in which the goal is true and that no loss-free
+round leaves. Recovery is violated if and only if there is a loss-free cycle along which the goal is false at some
 point. If no cycle at all lies outside of *settled*, the longest loss-free way outside is the worst number of rounds.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from swarmproof.dmpc_swarm.protocol.algorithm1 import CuState
-from swarmproof.dmpc_swarm.rounds import Rounds
 from swarmproof.explore.search import CHUNK, Exploration
 
 Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
+Goal = Callable[[Any], bool]
 
 
 @dataclass(frozen=True)
@@ -27,12 +27,12 @@ class Recovery:
     """What was found about recovery.
 
     Attributes:
-        worst_rounds: where it holds, the most loss-free rounds until all CUs run for good; None if there is no bound,
-            since all CUs may run as long as the remaining choices like, leave once more, and then settle.
-        lasso: where it does not, indices of swarms: a shortest way from the start to the loop and once around it. If
+        worst_rounds: where it holds, the most loss-free rounds until the goal is true for good; None if there is no
+            bound, since it may be true as long as the remaining choices like, become false once more, and then settle.
+        lasso: where it does not, indices of states: a shortest way from the start to the loop and once around it. If
             some failures are inevitable, it is a shortest one of these.
         loop_start: the position in `lasso` where the loop begins.
-        inevitable: how many reachable swarms cannot recover whatever is chosen.
+        inevitable: how many reachable states cannot recover whatever is chosen.
     """
 
     worst_rounds: int | None
@@ -42,19 +42,19 @@ class Recovery:
 
     @property
     def holds(self) -> bool:
-        """Whether the swarm always recovers."""
+        """Whether the system always recovers."""
         return not self.lasso
 
 
 @dataclass(frozen=True)
 class LossFree:
-    """The graph of loss-free rounds: for each swarm, its successors are `targets[starts[n]:starts[n + 1]]`."""
+    """The graph of loss-free rounds: for each state, its successors are `targets[starts[n]:starts[n + 1]]`."""
 
     starts: Ints
     targets: Ints
 
     def of(self, n: int) -> list[int]:
-        """Return the successors of swarm `n`."""
+        """Return the successors of state `n`."""
         successors: list[int] = self.targets[self.starts[n] : self.starts[n + 1]].tolist()
         return successors
 
@@ -73,36 +73,43 @@ def _graph(size: int, sources: Ints, targets: Ints) -> LossFree:
 
 
 def loss_free_graph(exploration: Exploration) -> LossFree:
-    """Return every loss-free round between the swarms of a finished exploration."""
-    rounds, keys = exploration.rounds, exploration.keys
-    key_mask = (1 << rounds.key_bits) - 1
+    """Return every loss-free round between the states of a finished exploration."""
+    keys = exploration.keys
     sources: list[int] = []
     targets: list[int] = []
     for begin in range(0, len(keys), CHUNK):
-        tagged = {keys[n] | n << rounds.tag_at: 0 for n in range(begin, min(begin + CHUNK, len(keys)))}
-        for key in rounds.run(tagged, lossless=True):
-            sources.append(key >> rounds.tag_at)
-            targets.append(exploration.index[key & key_mask])
+        for position, key in exploration.rounds.loss_free(keys[begin : begin + CHUNK]):
+            sources.append(begin + position)
+            targets.append(exploration.index[key])
     return _graph(len(keys), np.array(sources, dtype=np.int64), np.array(targets, dtype=np.int64))
 
 
-def all_running(rounds: Rounds, keys: Sequence[int]) -> Bools:
-    """Return, for each key, whether all CUs are in RUN_DMPC."""
-    running = [control.state == CuState.RUN_DMPC for control in rounds.controls.values]
-    return np.array([all(running[c] for c in rounds.control_numbers(key)) for key in keys], dtype=np.bool_)
+def reached_in(exploration: Exploration, goal: Goal) -> Bools:
+    """Return, for each state of an exploration, whether `goal` is true: asked once for each outline."""
+    rounds, known = exploration.rounds, dict[Hashable, bool]()
+
+    def asked(key: int) -> bool:
+        outline = rounds.outline(key)
+        answer = known.get(outline)
+        if answer is None:
+            answer = known[outline] = goal(rounds.unpack(key))
+        return answer
+
+    return np.array([asked(key) for key in exploration.keys], dtype=np.bool_)
 
 
-def decide_recovery(exploration: Exploration) -> Recovery:
-    """Decide the recovery claim.
+def decide_recovery(exploration: Exploration, goal: Goal) -> Recovery:
+    """Decide a claim of recovery.
 
     Args:
         exploration: one that has reached its fixpoint (ValueError otherwise).
+        goal: what must become and stay true of states; it depends on their outlines only.
     """
     if exploration.stopped is not None:
         raise ValueError("recovery is decided on complete explorations only")
     forward = loss_free_graph(exploration)
     backward = forward.reversed()
-    running = all_running(exploration.rounds, exploration.keys)
+    running = reached_in(exploration, goal)
     unsettled = _reached(backward, np.flatnonzero(~running))
     longest, cyclic = _longest_ways(forward, backward, unsettled)
     if not cyclic.any():
@@ -121,7 +128,7 @@ def decide_recovery(exploration: Exploration) -> Recovery:
 
 
 def _reached(graph: LossFree, begin: Ints) -> Bools:
-    """Return which swarms can be reached in `graph` from those of `begin`, these included."""
+    """Return which states can be reached in `graph` from those of `begin`, these included."""
     seen = np.zeros(len(graph.starts) - 1, dtype=np.bool_)
     seen[begin] = True
     level = begin
@@ -135,7 +142,7 @@ def _reached(graph: LossFree, begin: Ints) -> Bools:
 
 
 def _longest_ways(forward: LossFree, backward: LossFree, inside: Bools) -> tuple[Ints, Bools]:
-    """Return the number of swarms on the longest way within `inside` from each swarm, and which ways never end."""
+    """Return the number of states on the longest way within `inside` from each state, and which ways never end."""
     longest = np.zeros(len(inside), dtype=np.int64)
     waiting = {int(n): sum(1 for m in forward.of(int(n)) if inside[m]) for n in np.flatnonzero(inside)}
     ready = deque(n for n, count in waiting.items() if count == 0)
@@ -155,7 +162,7 @@ def _longest_ways(forward: LossFree, backward: LossFree, inside: Bools) -> tuple
 
 
 def _components(graph: LossFree, inside: Bools) -> Ints:
-    """Return the strongly connected component of each swarm within `inside` (-1 outside)."""
+    """Return the strongly connected component of each state within `inside` (-1 outside)."""
     from scipy.sparse import csr_matrix
     from scipy.sparse.csgraph import connected_components
 
@@ -170,7 +177,7 @@ def _components(graph: LossFree, inside: Bools) -> Ints:
 
 
 def _on_bad_cycle(graph: LossFree, inside: Bools, component: Ints, running: Bools) -> Bools:
-    """Return which swarms lie on a loss-free cycle along which some CU is not in RUN_DMPC at some point."""
+    """Return which states lie on a loss-free cycle along which the goal is false at some point."""
     sizes = np.bincount(component[inside], minlength=int(component.max()) + 1)
     stuck = np.zeros(len(sizes), dtype=np.bool_)
     stuck[component[inside & ~running]] = True
@@ -183,7 +190,7 @@ def _on_bad_cycle(graph: LossFree, inside: Bools, component: Ints, running: Bool
 def _shortest_lasso(
     exploration: Exploration, graph: LossFree, component: Ints, on_cycle: Bools, running: Bools
 ) -> tuple[int, list[int]]:
-    """Return a swarm of least depth (then fewest losses) on a bad cycle, and the way around it (its end included)."""
+    """Return a state of least depth (then fewest losses) on a bad cycle, and the way around it (its end included)."""
     candidates = np.flatnonzero(on_cycle)
     start = min((int(n) for n in candidates), key=lambda n: (exploration.depth_of(n), exploration.losses[n], n))
 

@@ -1,4 +1,4 @@
-"""Breadth-first search over all reachable swarms, to a fixpoint or until a limit, an interrupt or a goal stops it."""
+"""Breadth-first search over all reachable states, to a fixpoint or until a limit, an interrupt or a goal stops it."""
 
 from __future__ import annotations
 
@@ -8,12 +8,11 @@ from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from swarmproof.dmpc_swarm.encoding import TooLarge
-from swarmproof.dmpc_swarm.rounds import PARENT_BITS, PARENT_MASK, Frontier, Rounds
+from swarmproof.explore.steps import PARENT_BITS, PARENT_MASK, Frontier, Steps, TooLarge
 
-#: Swarms taken through a round together; a limit or an interrupt is noticed after each chunk.
+#: States taken through a round together; a limit or an interrupt is noticed after each chunk.
 CHUNK = 20_000
-#: The most swarms that a search holds: indices share an int with losses.
+#: The most states that a search holds: indices share an int with losses.
 MOST_STATES = 1 << PARENT_BITS
 
 
@@ -50,16 +49,16 @@ class Progress:
 
 
 class Exploration:
-    """The swarms found so far, level by level: a swarm's depth is the least number of rounds before it.
+    """The states found so far, level by level: a state's depth is the least number of rounds before it.
 
-    For each swarm, `parents` and `losses` describe a way to it that is shortest in rounds and, among these, has the
+    For each state, `parents` and `losses` describe a way to it that is shortest in rounds and, among these, has the
     fewest lost messages.
 
     Attributes:
         stopped: why the search ended before its fixpoint; None at a fixpoint.
     """
 
-    def __init__(self, rounds: Rounds, start: int) -> None:
+    def __init__(self, rounds: Steps, start: int) -> None:
         self.rounds = rounds
         self.keys = [start]
         self.index = {start: 0}
@@ -71,15 +70,15 @@ class Exploration:
 
     @property
     def depth(self) -> int:
-        """The depth of the deepest swarm found."""
+        """The depth of the deepest state found."""
         return len(self.level_starts) - 1
 
     def depth_of(self, index: int) -> int:
-        """Return the depth of swarm `index`."""
+        """Return the depth of state `index`."""
         return bisect_right(self.level_starts, index) - 1
 
     def path_to(self, index: int) -> list[int]:
-        """Return the keys along a cheapest shortest way from the start to swarm `index`, both included."""
+        """Return the keys along a cheapest shortest way from the start to state `index`, both included."""
         path = []
         while index >= 0:
             path.append(self.keys[index])
@@ -87,7 +86,7 @@ class Exploration:
         return path[::-1]
 
     def add_level(self, found: Frontier) -> None:
-        """Append the swarms of the next level, in the order of their keys."""
+        """Append the states of the next level, in the order of their keys."""
         self.level_starts.append(len(self.keys))
         for key in sorted(found):
             value = found[key]
@@ -98,20 +97,20 @@ class Exploration:
 
 
 def explore(
-    rounds: Rounds,
+    rounds: Steps,
     *,
     start: int | None = None,
     limits: Limits | None = None,
     on_level: Callable[[Exploration, int], bool] | None = None,
     on_progress: Callable[[Progress], None] | None = None,
 ) -> Exploration:
-    """Return the swarms reachable from `start` (default: the first computation phase).
+    """Return the states reachable from `start` (default: the first computation phase).
 
     Args:
         rounds: the successor relation.
         start: the key to start from.
         limits: when to stop early.
-        on_level: called with the exploration and the index of the first swarm of each new level; True stops the search.
+        on_level: called with the exploration and the index of the first state of each new level; True stops the search.
         on_progress: called after each chunk of a level.
 
     A search that is interrupted (KeyboardInterrupt) returns what it has found, and says so in `stopped`.
@@ -150,7 +149,7 @@ def _next_level(
     began: float,
     on_progress: Callable[[Progress], None] | None,
 ) -> tuple[Frontier, str | None]:
-    """Return the new swarms one round after those from index `first` on, and why it stopped early, if it did."""
+    """Return the new states one round after those from index `first` on, and why it stopped early, if it did."""
     rounds, keys, known = exploration.rounds, exploration.keys, exploration.index
     found: Frontier = {}
     last = len(keys)

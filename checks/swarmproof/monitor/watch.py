@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Sequence
+from typing import Any
 
-from swarmproof.dmpc_swarm.claims.protocol import Claim, Kind
-from swarmproof.dmpc_swarm.claims.witnesses import WITNESSES, Witness
-from swarmproof.dmpc_swarm.observe import observe
-from swarmproof.dmpc_swarm.rounds import Rounds
+from swarmproof.claims.claim import Always, Claim, Reachable, Witness
 from swarmproof.explore.search import Exploration
+from swarmproof.explore.steps import Steps
 
 
 class Watch:
@@ -18,15 +17,31 @@ class Watch:
         first: by id, the index of that state: of least depth, and among these with the fewest losses before it.
     """
 
-    def __init__(self, rounds: Rounds, claims: Sequence[Claim]) -> None:
+    def __init__(
+        self,
+        rounds: Steps,
+        observe: Callable[[Any], Any],
+        claims: Sequence[Claim[Any]],
+        witnesses: Sequence[Witness[Any]],
+    ) -> None:
         self._rounds = rounds
-        self._per_uav = [claim for claim in claims if claim.per_uav is not None]
-        self._whole = [claim for claim in claims if claim.whole is not None]
-        self._goals = [claim for claim in claims if claim.kind is Kind.REACHABLE]
-        self._witnesses = list(WITNESSES)
-        self._uav_memo: dict[tuple[int, ...], tuple[str, ...]] = {}
-        self._air_memo: dict[tuple[str, int], bool] = {}
-        self._column_bits = rounds.columns_mask.bit_length()
+        self._observe = observe
+        self._of_parts: list[tuple[str, Callable[[Any, int], Sequence[Any]]]] = []
+        self._whole: list[tuple[str, Callable[[Any], Sequence[Any]]]] = []
+        self._goals: list[tuple[str, Callable[[Any], bool]]] = []
+        parts = bool(rounds.parts(rounds.initial_key()))
+        for claim in claims:
+            match claim.question:
+                case Always(broken, part):
+                    if part is not None and parts:
+                        self._of_parts.append((claim.id, part))
+                    else:
+                        self._whole.append((claim.id, broken))
+                case Reachable(goal):
+                    self._goals.append((claim.id, goal))
+        self._witnesses = list(witnesses)
+        self._part_memo: dict[Hashable, tuple[str, ...]] = {}
+        self._outline_memo: dict[tuple[str, Hashable], bool] = {}
         self.first: dict[str, int] = {}
 
     def __call__(self, exploration: Exploration, begin: int) -> bool:
@@ -38,40 +53,39 @@ class Watch:
                 if seen not in best or rank < best[seen]:
                     best[seen] = rank
         self.first |= {name: index for name, (_, index) in best.items()}
-        self._per_uav = [claim for claim in self._per_uav if claim.id not in self.first]
-        self._whole = [claim for claim in self._whole if claim.id not in self.first]
-        self._goals = [claim for claim in self._goals if claim.id not in self.first]
+        self._of_parts = [one for one in self._of_parts if one[0] not in self.first]
+        self._whole = [one for one in self._whole if one[0] not in self.first]
+        self._goals = [one for one in self._goals if one[0] not in self.first]
         self._witnesses = [witness for witness in self._witnesses if witness.id not in self.first]
-        self._uav_memo.clear()
+        self._part_memo.clear()
         return False
 
     def _seen_in(self, key: int) -> list[str]:
         seen: list[str] = []
-        if self._per_uav:
-            controls = key >> self._column_bits
-            for i, column in enumerate(self._rounds.column_numbers(key)):
-                broken = self._uav_memo.get((i, column, controls))
+        if self._of_parts:
+            for i, part in enumerate(self._rounds.parts(key)):
+                broken = self._part_memo.get(part)
                 if broken is None:
-                    broken = self._uav_memo[i, column, controls] = self._broken_for_uav(key, i)
+                    broken = self._part_memo[part] = self._broken_in_part(key, i)
                 seen.extend(broken)
         if self._whole:
-            swarm = observe(self._rounds.unpack(key))
-            seen.extend(claim.id for claim in self._whole if claim.whole is not None and claim.whole(swarm))
-        for claim in self._goals:
-            if claim.goal is not None and claim.goal(observe(self._rounds.unpack(key))):
-                seen.append(claim.id)
+            observed = self._observe(self._rounds.unpack(key))
+            seen.extend(name for name, broken_in in self._whole if broken_in(observed))
+        for name, goal in self._goals:
+            if goal(self._observe(self._rounds.unpack(key))):
+                seen.append(name)
         seen.extend(witness.id for witness in self._witnesses if self._witnessed(witness, key))
         return seen
 
-    def _broken_for_uav(self, key: int, i: int) -> tuple[str, ...]:
-        uav = observe(self._rounds.unpack(key)).of_uav(i)
-        return tuple(claim.id for claim in self._per_uav if claim.per_uav is not None and claim.per_uav(uav))
+    def _broken_in_part(self, key: int, i: int) -> tuple[str, ...]:
+        observed = self._observe(self._rounds.unpack(key))
+        return tuple(name for name, broken_in in self._of_parts if broken_in(observed, i))
 
-    def _witnessed(self, witness: Witness, key: int) -> bool:
-        if witness.looks_at_trackers:
-            return witness.seen_in(observe(self._rounds.unpack(key)))
-        situation = (witness.id, key >> self._column_bits)
-        seen = self._air_memo.get(situation)
+    def _witnessed(self, witness: Witness[Any], key: int) -> bool:
+        if not witness.outline:
+            return witness.seen_in(self._observe(self._rounds.unpack(key)))
+        situation = (witness.id, self._rounds.outline(key))
+        seen = self._outline_memo.get(situation)
         if seen is None:
-            seen = self._air_memo[situation] = witness.seen_in(observe(self._rounds.unpack(key)))
+            seen = self._outline_memo[situation] = witness.seen_in(self._observe(self._rounds.unpack(key)))
         return seen

@@ -13,7 +13,7 @@ from rich.table import Table
 from swarmproof import terminal
 from swarmproof.dmpc_swarm.claims.experiments import EXPERIMENT_CLAIMS
 from swarmproof.dmpc_swarm.claims.flight import FLIGHT_CLAIMS, FlightClaim
-from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, Claim
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, ProtocolClaim
 from swarmproof.dmpc_swarm.proofs.registry import PROOF_CLAIMS
 from swarmproof.exit_codes import ExitCode
 
@@ -48,7 +48,7 @@ def _experiments() -> Table:
     return table
 
 
-def _table(title: str, claims: Sequence[Claim | FlightClaim]) -> Table:
+def _table(title: str, claims: Sequence[ProtocolClaim | FlightClaim]) -> Table:
     table = Table(title=title, **_STYLE)
     for heading in ("id", "claim", "place in the paper", "assumptions"):
         table.add_column(heading, overflow="fold", no_wrap=heading == "id")

@@ -4,29 +4,24 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Iterable
 
 from rich.console import Console
 from rich.table import Table
 
 from swarmproof import streams, terminal
 from swarmproof.campaign.matrix import RowResult, load_matrix, run_matrix, select_rows
-from swarmproof.dmpc_swarm.claims.protocol import select_claims
-from swarmproof.dmpc_swarm.semantics import Semantics
+from swarmproof.claims.verdict import Verdict
 from swarmproof.errors import BadInput
-from swarmproof.exit_codes import ExitCode
-from swarmproof.explore.decide import Decided, Result, Scope, Verdict, verify
+from swarmproof.exit_codes import ExitCode, exit_code
+from swarmproof.explore.decide import Decided, Result, verify
 from swarmproof.explore.search import Limits
 from swarmproof.explore.search import Progress as SearchProgress
 from swarmproof.formats.verdicts import as_json
 from swarmproof.output import deliver, publish, reserve_file, reserve_report, write_json
 from swarmproof.pages.matrix import matrix_json, put_matrix
 from swarmproof.pages.verification import put_result, traces_of
+from swarmproof.systems import load, scope_of
 
-_ABSTRACTED = (
-    "Every loss of (message, receiver) pairs is taken; trajectories are identities; of a deprecated tracker only what "
-    "can still matter is distinguished, which is exact."
-)
 _COLOURS = {
     Verdict.HOLDS: "green",
     Verdict.VIOLATED: "red",
@@ -45,9 +40,10 @@ def run(options: argparse.Namespace) -> ExitCode:
     limits = Limits(options.max_states, options.max_seconds)
     if options.matrix:
         return _run_matrix(options, console, limits)
-    semantics = Semantics.parse(options.semantics or "printed", options.set)
-    scope = Scope(options.uavs or 2, options.cus or 2, semantics)
-    claims = select_claims(options.claim)
+    system = load(options.system)
+    reading = system.reading.parse(options.semantics, options.set)
+    scope = scope_of(system, _sizes(options), reading)
+    claims = system.select_claims(options.claim)
     reserve_file(options.json)
     with reserve_report(options.report) as folder:
         with terminal.status("exploring") as status:
@@ -66,7 +62,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     shown = any(decided.trace is not None and decided.verdict is Verdict.VIOLATED for decided in result.claims)
     if shown and folder is None:
         console.print("`--report DIR` writes a page and a replayable trace for each counterexample.")
-    return _exit_code(result.claims)
+    return exit_code(decided.verdict for decided in result.claims)
 
 
 def _progress_line(progress: SearchProgress) -> str:
@@ -76,17 +72,15 @@ def _progress_line(progress: SearchProgress) -> str:
     )
 
 
-def _exit_code(claims: Iterable[Decided]) -> ExitCode:
-    verdicts = {decided.verdict for decided in claims}
-    if Verdict.VIOLATED in verdicts:
-        return ExitCode.VIOLATED
-    return ExitCode.UNDECIDED if Verdict.UNDECIDED in verdicts else ExitCode.WELL
+def _sizes(options: argparse.Namespace) -> dict[str, int | None]:
+    """Return the sizes that were given, by name."""
+    return {"uavs": options.uavs, "cus": options.cus}
 
 
 def _print_result(console: Console, result: Result) -> None:
     scope = result.scope
-    console.print(f"[bold]mlr-dmpc, {scope.uavs} UAVs, {scope.cus} CUs, semantics {scope.semantics.name()}[/bold]")
-    switches = " ".join(f"{name}={value}" for name, value in scope.semantics.as_dict().items())
+    console.print(f"[bold]{scope.system.name}, {scope.swarm()}, semantics {scope.reading.name()}[/bold]")
+    switches = " ".join(f"{name}={value}" for name, value in scope.reading.as_dict().items())
     console.print(f"  {switches}", style="bright_black")
     table = Table(show_header=True, box=None, padding=(0, 2))
     table.add_column("claim", min_width=max(len(decided.claim.id) for decided in result.claims))
@@ -101,7 +95,7 @@ def _print_result(console: Console, result: Result) -> None:
         extent = (
             f"No fixpoint: stopped early ({result.stopped}) after {result.states:,} states, in round {result.depth}"
         )
-    console.print(f"{extent} ({result.seconds:.1f} s). {_ABSTRACTED}")
+    console.print(f"{extent} ({result.seconds:.1f} s). {scope.system.in_short}")
     seen = [witness.wording for witness in result.witnesses if witness.trace is not None]
     never = [witness.wording for witness in result.witnesses if witness.trace is None]
     if seen:
@@ -131,7 +125,7 @@ def _run_matrix(options: argparse.Namespace, console: Console, limits: Limits) -
                 f"--{option} does not go with --matrix, which verifies all claims as recorded: choose among its rows, "
                 "such as --matrix --uavs 2 --semantics guarded"
             )
-    rows = select_rows(load_matrix(), options.uavs, options.cus, options.semantics)
+    rows = select_rows(load_matrix(load(options.system)), _sizes(options), options.semantics)
     reserve_file(options.json)
     with reserve_report(options.report) as folder:
         with terminal.bar("configurations") as bar:
@@ -168,16 +162,15 @@ def _print_matrix(console: Console, results: list[RowResult]) -> None:
     claims = [decided.claim.id for decided in results[0].result.claims]
     initials = ["".join(part[0] for part in name.split("-")) for name in claims]
     table = Table(box=None, padding=(0, 1))
-    table.add_column("UAVs x CUs, semantics", no_wrap=True)
+    nouns = " x ".join(size.noun for size in results[0].row.system.sizes)
+    table.add_column(f"{nouns}, semantics", no_wrap=True)
     for heading in initials:
         table.add_column(heading, no_wrap=True)
     table.add_column("states", justify="right", no_wrap=True)
     for one in results:
         row = one.row
         cells = [f"[{_COLOURS[decided.verdict]}]{_cell(decided)}[/]" for decided in one.result.claims]
-        name = " ".join(
-            [f"{row.uavs}x{row.cus} {row.preset}", *(override.split("_")[-1] for override in row.overrides)]
-        )
+        name = " ".join([f"{row.size} {row.preset}", *(override.split("_")[-1] for override in row.overrides)])
         table.add_row(name, *cells, f"{one.result.states:,}")
     console.print(table)
     legend = ", ".join(f"{short} {name}" for short, name in zip(initials, claims, strict=True))

@@ -6,8 +6,7 @@ from collections.abc import Mapping
 
 import msgspec
 
-from swarmproof.explore.decide import Result
-from swarmproof.trace.trace import SYSTEM
+from swarmproof.explore.decide import Decided, Result
 
 SCHEMA = "swarmproof.verdicts/1"
 
@@ -34,39 +33,29 @@ class ClaimJson(msgspec.Struct):
     trace: str | None
 
 
-class VerdictsJson(msgspec.Struct):
-    """The whole document."""
-
-    schema: str
-    system: str
-    uavs: int
-    cus: int
-    semantics: dict[str, str]
-    exploration: ExplorationJson
-    claims: list[ClaimJson]
-
-
 def as_json(result: Result, traces: Mapping[str, str]) -> bytes:
     """Return `result` as an indented JSON document; `traces` has the path of the trace written for a claim id."""
     scope = result.scope
-    document = VerdictsJson(
-        SCHEMA,
-        SYSTEM,
-        scope.uavs,
-        scope.cus,
-        scope.semantics.as_dict(),
-        ExplorationJson(result.fixpoint, result.states, result.transitions, result.depth, round(result.seconds, 3)),
-        [
-            ClaimJson(
-                decided.claim.id,
-                str(decided.verdict),
-                decided.rounds,
-                decided.lost_messages,
-                decided.worst_rounds,
-                decided.avoidable,
-                traces.get(decided.claim.id),
-            )
-            for decided in result.claims
-        ],
-    )
+    document = {
+        "schema": SCHEMA,
+        "system": scope.system.name,
+        **scope.sizes,
+        "semantics": scope.reading.as_dict(),
+        "exploration": ExplorationJson(
+            result.fixpoint, result.states, result.transitions, result.depth, round(result.seconds, 3)
+        ),
+        "claims": [_claim(decided, traces.get(decided.claim.id)) for decided in result.claims],
+    }
     return msgspec.json.format(msgspec.json.encode(document), indent=2) + b"\n"
+
+
+def _claim(decided: Decided, trace: str | None) -> ClaimJson:
+    return ClaimJson(
+        decided.claim.id,
+        str(decided.verdict),
+        decided.rounds,
+        decided.lost_messages,
+        decided.worst_rounds,
+        decided.avoidable,
+        trace,
+    )

@@ -25,6 +25,7 @@ COMMANDS: dict[str, str] = {
 
 #: Of each option with a value, a value that is right; of each command, what can stand behind it.
 EXAMPLES: dict[str, str] = {
+    "--system": "mlr-dmpc",
     "--uavs": "3",
     "--cus": "2",
     "--semantics": "guarded",

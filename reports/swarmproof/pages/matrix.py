@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import msgspec
 
 from swarmproof.campaign.matrix import RowResult, in_short
-from swarmproof.dmpc_swarm.claims.protocol import CLAIMS
 from swarmproof.formats.verdicts import as_json
 from swarmproof.output import ReportFolder
 from swarmproof.pages.page import template
@@ -37,7 +36,8 @@ def matrix_json(results: Sequence[RowResult]) -> bytes:
 def matrix_page(results: Sequence[RowResult]) -> str:
     """Return the page that compares all configurations; it links to a folder for each, named as the configuration."""
     return template("matrix.html.j2").render(
-        claims=CLAIMS,
+        system=results[0].row.system if results else None,
+        claims=[decided.claim for decided in results[0].result.claims] if results else [],
         results=results,
         in_short=in_short,
         changed=sum(1 for one in results if one.changes),

@@ -6,7 +6,8 @@ from swarmproof.explore.decide import Result
 from swarmproof.formats.verdicts import as_json
 from swarmproof.output import ReportFolder
 from swarmproof.pages.page import counterexample_page, overview_page
-from swarmproof.trace.trace import encode, replay
+from swarmproof.trace.replay import replay
+from swarmproof.trace.trace import encode
 
 
 def traces_of(result: Result) -> dict[str, str]:

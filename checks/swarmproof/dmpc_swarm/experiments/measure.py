@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from swarmproof.campaign.trial import Cell
-from swarmproof.dmpc_swarm.flight.judge import FlightVerdict
+from swarmproof.claims.verdict import Verdict
 from swarmproof.dmpc_swarm.flight.observing import distances_to_targets
 from swarmproof.dmpc_swarm.flight.run import fly
 from swarmproof.dmpc_swarm.flight.state import FlightState, Round
@@ -146,7 +146,7 @@ def measure(cell: Cell) -> Measured:
         raise KeyboardInterrupt
     changes = sorted({scenario.target_change_before(k) for k in range(cell.rounds)})
     ends = [*changes[1:], cell.rounds]
-    violated = {judged.claim.id for judged in flown.claims if judged.verdict is FlightVerdict.VIOLATED}
+    violated = {judged.claim.id for judged in flown.claims if judged.verdict is Verdict.VIOLATED}
     apart = Fraction(flown.continuous_lower) >= scenario.parameters.d_min
     return Measured(
         rounds=flown.rounds,

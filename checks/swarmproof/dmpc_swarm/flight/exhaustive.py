@@ -8,7 +8,7 @@ a pattern says of every message on the air, and every receiver, what arrived.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Hashable, Iterable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import partial
@@ -26,7 +26,7 @@ from swarmproof.dmpc_swarm.claims.flight import (
     references_apart,
 )
 from swarmproof.dmpc_swarm.claims.predicates import Broken
-from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, Claim, Kind
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, ProtocolClaim
 from swarmproof.dmpc_swarm.flight.cached_planner import Remembering
 from swarmproof.dmpc_swarm.flight.chain import explain
 from swarmproof.dmpc_swarm.flight.fly import Flight
@@ -49,7 +49,7 @@ MOST_UAVS, MOST_CUS, MOST_SWARMS = 4, 3, 300_000
 MOST_ROUNDS = 20
 
 
-class Verdict(StrEnum):
+class PatternVerdict(StrEnum):
     """What all patterns of some rounds say of a claim."""
 
     HOLDS = "holds-for-these-rounds"
@@ -73,8 +73,8 @@ class Decided:
         place: where it is broken first; None if it is not.
     """
 
-    claim: Claim | FlightClaim
-    verdict: Verdict
+    claim: ProtocolClaim | FlightClaim
+    verdict: PatternVerdict
     why: str
     rounds: int | None = None
     lost: int | None = None
@@ -133,12 +133,12 @@ class Exhaustive:
     @property
     def violated(self) -> bool:
         """Whether some claim is violated."""
-        return any(decided.verdict is Verdict.VIOLATED for decided in self.claims)
+        return any(decided.verdict is PatternVerdict.VIOLATED for decided in self.claims)
 
     @property
     def undecided(self) -> bool:
         """Whether some claim is undecided, or a part of the patterns was not flown."""
-        return self.stopped is not None or any(decided.verdict is Verdict.UNDECIDED for decided in self.claims)
+        return self.stopped is not None or any(decided.verdict is PatternVerdict.UNDECIDED for decided in self.claims)
 
 
 @dataclass(eq=False)
@@ -178,9 +178,9 @@ class _Search:
         self._planner = Remembering(Planner(plain.lattice, setting.scenario.weights))
         self._flight = setting.flight(self._planner)
         self._lattice = self._flight.lattice
-        self._protocol = [c for c in CLAIMS if c.kind is Kind.SAFETY and c.applies_to(setting.semantics)]
+        self._protocol = [c for c in CLAIMS if c.is_safety and c.applies_to(setting.semantics)]
         flights = [claim for claim in FLIGHT_CLAIMS if claim.id not in ("arrives", "eq-2-actual")]
-        self._asked: list[Claim | FlightClaim] = [*self._protocol, *flights]
+        self._asked: list[ProtocolClaim | FlightClaim] = [*self._protocol, *flights]
         self._broken: dict[str, tuple[_Reached, Broken, Approach | Dip | None]] = {}
         self._sampled, self._tracked = Smallest(), Smallest()
         self._instances = Instances(self._protocol, setting.scenario.begins_too_close)
@@ -270,7 +270,7 @@ class _Search:
             self._check_limits(len(following))
 
     def _note(
-        self, claim: str, reached: _Reached, broken: list[Broken], approach: Approach | Dip | None = None
+        self, claim: str, reached: _Reached, broken: Sequence[Broken], approach: Approach | Dip | None = None
     ) -> None:
         if not broken:
             return
@@ -312,12 +312,12 @@ class _Search:
         found.claims = tuple(self._decided(claim) for claim in self._asked)
         return found
 
-    def _decided(self, claim: Claim | FlightClaim) -> Decided:
+    def _decided(self, claim: ProtocolClaim | FlightClaim) -> Decided:
         broken = self._broken.get(claim.id)
         whole = self._whole()
         instances = self._instances.number(claim, whole)
         if why := self._instances.excused(claim):
-            return Decided(claim, Verdict.NOT_APPLICABLE, why)
+            return Decided(claim, PatternVerdict.NOT_APPLICABLE, why)
         if broken is not None:
             reached, first, approach = broken
             why = where(first) + first.why
@@ -329,18 +329,26 @@ class _Search:
             )
             place = Place.of(self._lattice, reached.state.k - 1, first, approach)
             return Decided(
-                claim, Verdict.VIOLATED, why, reached.state.k, reached.lost, cause, chain, max(instances, 1), place
+                claim,
+                PatternVerdict.VIOLATED,
+                why,
+                reached.state.k,
+                reached.lost,
+                cause,
+                chain,
+                max(instances, 1),
+                place,
             )
         if why := self._instances.left_open(claim, whole):
-            return Decided(claim, Verdict.UNDECIDED, why, instances=instances)
+            return Decided(claim, PatternVerdict.UNDECIDED, why, instances=instances)
         if self.found.stopped is not None:
             complete = len(self.found.patterns)
             until = "round" if complete == 1 else f"{complete} rounds"
             holds = f"; holds for the first {until}" if claim.id in self._complete else ""
-            return Decided(claim, Verdict.UNDECIDED, self.found.stopped + holds, instances=instances)
+            return Decided(claim, PatternVerdict.UNDECIDED, self.found.stopped + holds, instances=instances)
         if why := self._instances.not_about(claim, whole):
-            return Decided(claim, Verdict.NOT_APPLICABLE, why, instances=instances)
-        return Decided(claim, Verdict.HOLDS, "", instances=instances)
+            return Decided(claim, PatternVerdict.NOT_APPLICABLE, why, instances=instances)
+        return Decided(claim, PatternVerdict.HOLDS, "", instances=instances)
 
     def _whole(self, references: Dip | None = None) -> ObservedFlight:
         """Return what is to be said of all flights as one, of which `references` is the closest approach."""

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from swarmproof.dmpc_swarm.claims.flight import FLIGHT_CLAIMS, FlightClaim, ObservedFlight, ObservedRound
 from swarmproof.dmpc_swarm.claims.observed import ObservedSwarm
 from swarmproof.dmpc_swarm.claims.predicates import Broken
-from swarmproof.dmpc_swarm.claims.protocol import Claim
+from swarmproof.dmpc_swarm.claims.protocol import ProtocolClaim
 
 
 class Instances:
@@ -24,7 +24,7 @@ class Instances:
             where).
     """
 
-    def __init__(self, protocol: Iterable[Claim], begins_too_close: str = "") -> None:
+    def __init__(self, protocol: Iterable[ProtocolClaim], begins_too_close: str = "") -> None:
         self._protocol = list(protocol)
         self._begins_too_close = begins_too_close
         self.about: Counter[str] = Counter()
@@ -39,7 +39,7 @@ class Instances:
                 number, first = self.unsolved.get(claim.id, (0, (observed.k, left[0])))
                 self.unsolved[claim.id] = number + len(left), min(first, (observed.k, left[0]))
 
-    def excused(self, claim: Claim | FlightClaim) -> str:
+    def excused(self, claim: ProtocolClaim | FlightClaim) -> str:
         """Return why the claim says nothing of this flight, whatever is flown; empty if it does."""
         if self._begins_too_close and isinstance(claim, FlightClaim) and claim.from_start:
             return f"its assumption, Remark 2, fails: {self._begins_too_close}"
@@ -51,19 +51,19 @@ class Instances:
             if claim.about is not None:
                 self.about[claim.id] += claim.about(swarm)
 
-    def number(self, claim: Claim | FlightClaim, whole: ObservedFlight | None) -> int:
+    def number(self, claim: ProtocolClaim | FlightClaim, whole: ObservedFlight | None) -> int:
         """Return how often the claim had something to speak of; a flight as a whole (None: not ended) is one thing."""
         if isinstance(claim, FlightClaim) and claim.in_flight is not None:
             return int(whole is not None and not (claim.fails and claim.fails(whole)))
         return self.about[claim.id]
 
-    def not_about(self, claim: Claim | FlightClaim, whole: ObservedFlight | None) -> str:
+    def not_about(self, claim: ProtocolClaim | FlightClaim, whole: ObservedFlight | None) -> str:
         """Return why the claim, broken nowhere, was about nothing; empty if it was about something."""
         if isinstance(claim, FlightClaim) and claim.fails is not None:
             return "" if whole is None else claim.fails(whole)
         return "" if self.number(claim, whole) else claim.nothing
 
-    def left_open(self, claim: Claim | FlightClaim, whole: ObservedFlight | None) -> str:
+    def left_open(self, claim: ProtocolClaim | FlightClaim, whole: ObservedFlight | None) -> str:
         """Return why our means do not decide the claim, though it is broken nowhere; empty if they do."""
         if isinstance(claim, FlightClaim) and claim.too_close is not None and whole is not None:
             return claim.too_close(whole)

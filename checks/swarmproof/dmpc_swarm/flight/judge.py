@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from enum import StrEnum
 from fractions import Fraction
 from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 
+from swarmproof.claims.verdict import Verdict
 from swarmproof.dmpc_swarm.claims.flight import (
     FLIGHT_CLAIMS,
     Approach,
@@ -20,7 +21,7 @@ from swarmproof.dmpc_swarm.claims.flight import (
     PlannedBy,
 )
 from swarmproof.dmpc_swarm.claims.predicates import Broken
-from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, Claim, Kind
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, ProtocolClaim
 from swarmproof.dmpc_swarm.flight.chain import explain
 from swarmproof.dmpc_swarm.flight.fly import Flight
 from swarmproof.dmpc_swarm.flight.instances import Instances
@@ -39,17 +40,6 @@ from swarmproof.qp.solvers import Status
 PATIENCE = 50.0
 #: Rounds that are kept for telling how a violation came about.
 REMEMBERED = 1000
-
-
-class FlightVerdict(StrEnum):
-    """What one flight can say of a claim; it never proves one."""
-
-    VIOLATED = "violated"
-    NOT_VIOLATED = "not-violated"
-    #: A limit of ours (a planner that gives up, a bound that is not tight enough) left it open.
-    UNDECIDED = "undecided"
-    #: Its assumption failed, or the flight had nothing that it speaks of.
-    NOT_APPLICABLE = "not-applicable"
 
 
 class Adoption(NamedTuple):
@@ -74,8 +64,8 @@ class Judged:
         place: where it is broken first; None if it is not.
     """
 
-    claim: Claim | FlightClaim
-    verdict: FlightVerdict
+    claim: ProtocolClaim | FlightClaim
+    verdict: Verdict
     why: str
     rounds: int | None = None
     lost: int | None = None
@@ -154,12 +144,12 @@ class Flown:
     @property
     def violated(self) -> bool:
         """Whether some claim is violated."""
-        return any(judged.verdict is FlightVerdict.VIOLATED for judged in self.claims)
+        return any(judged.verdict is Verdict.VIOLATED for judged in self.claims)
 
     @property
     def undecided(self) -> bool:
         """Whether some claim is undecided, or a part of the flight was not flown."""
-        return self.stopped is not None or any(judged.verdict is FlightVerdict.UNDECIDED for judged in self.claims)
+        return self.stopped is not None or any(judged.verdict is Verdict.UNDECIDED for judged in self.claims)
 
 
 def where(broken: Broken) -> str:
@@ -176,7 +166,7 @@ class Judge:
         self._flight = flight
         self._lattice = flight.lattice
         self._tallies: dict[str, _Tally] = {}
-        self._protocol = [c for c in CLAIMS if c.kind is Kind.SAFETY and c.applies_to(flight.semantics)]
+        self._protocol = [c for c in CLAIMS if c.is_safety and c.applies_to(flight.semantics)]
         self._begins_too_close = flight.scenario.begins_too_close
         self._instances = Instances(self._protocol, self._begins_too_close)
         self._last_too_close = -1
@@ -244,7 +234,7 @@ class Judge:
                 dip = {"eq-2": references, "eq-2-actual": whole.actual}.get(claim.id)
                 at = self._references_at(references) if claim.id == "eq-2" else None
                 self._tally(claim.id, self._rounds, claim.in_flight(whole), at, dip)
-        asked: list[Claim | FlightClaim] = [*self._protocol, *FLIGHT_CLAIMS]
+        asked: list[ProtocolClaim | FlightClaim] = [*self._protocol, *FLIGHT_CLAIMS]
         arrived_after = None if self._arrived_at is None else self._arrived_at - self._change
         return Flown(
             self._rounds,
@@ -282,25 +272,30 @@ class Judge:
                 return Approach(Fraction(dip.lower) ** 2, dip.uavs, (i, j), Fraction(dip.time))
         return None
 
-    def _judged(self, claim: Claim | FlightClaim, whole: ObservedFlight) -> Judged:
+    def _judged(self, claim: ProtocolClaim | FlightClaim, whole: ObservedFlight) -> Judged:
         instances = self._instances.number(claim, whole)
         if why := self._instances.excused(claim):
-            return Judged(claim, FlightVerdict.NOT_APPLICABLE, why)
+            return Judged(claim, Verdict.NOT_APPLICABLE, why)
         tally = self._tallies.get(claim.id)
         if tally is not None:
             why = where(tally.first) + tally.first.why
-            judged = Judged(claim, FlightVerdict.VIOLATED, why, tally.rounds, tally.lost, tally.times, tally.chain)
+            judged = Judged(claim, Verdict.VIOLATED, why, tally.rounds, tally.lost, tally.times, tally.chain)
             # what is broken is an instance, whatever was assumed
             return replace(judged, instances=max(instances, 1), place=tally.place)
-        verdict, why = FlightVerdict.NOT_VIOLATED, ""
+        verdict, why = Verdict.NOT_VIOLATED, ""
         if why := self._instances.not_about(claim, whole):
-            verdict = FlightVerdict.NOT_APPLICABLE
+            verdict = Verdict.NOT_APPLICABLE
         elif why := self._instances.left_open(claim, whole):
-            verdict = FlightVerdict.UNDECIDED
+            verdict = Verdict.UNDECIDED
         return Judged(claim, verdict, why, instances=instances)
 
     def _tally(
-        self, claim: str, rounds: int, broken: list[Broken], approach: Approach | None = None, dip: Dip | None = None
+        self,
+        claim: str,
+        rounds: int,
+        broken: Sequence[Broken],
+        approach: Approach | None = None,
+        dip: Dip | None = None,
     ) -> None:
         if not broken:
             return

@@ -8,22 +8,23 @@ from swarmproof.dmpc_swarm.claims.predicates import Broken
 from swarmproof.dmpc_swarm.pages import names
 from swarmproof.dmpc_swarm.pages.explain import explain_in, slot_at
 from swarmproof.dmpc_swarm.pages.story import Sentence, origin, selection
+from swarmproof.dmpc_swarm.pages.swarm_run import SwarmRun
 from swarmproof.dmpc_swarm.protocol.algorithm1 import may_plan
 from swarmproof.dmpc_swarm.protocol.messages import HOVERING, Trajectory
-from swarmproof.trace.trace import Replay
+from swarmproof.pages import phrases
 
 
-def what_is_false(replayed: Replay, broken: Broken, k: int) -> str:
+def what_is_false(replayed: SwarmRun, broken: Broken, k: int) -> str:
     """Say in one sentence, with the actual contents, what is false in the computation phase of round k."""
     swarm = replayed.swarms[k]
     when = f"In the computation phase of round {k}, "
     if broken.uav is None:
         selections = [f"{names.cu(w)} computes {selection(swarm.cus[w].a_et or ())}" for w in broken.cus]
-        return f"{when}{names.listing(selections)}: these are different sets A_ET({k})."
+        return f"{when}{phrases.listing(selections)}: these are different sets A_ET({k})."
     i = broken.uav
     follows = f"{names.uav(i)} follows {names.trajectory(swarm.uavs[i].followed)}"
     held = [names.entries(swarm.cus[w].trackers[i].trajectories) for w in broken.cus]
-    shows = replayed.trace.shows
+    shows = replayed.shows
     if shows == "one-planner-per-uav":
         return f"{when}{names.cus(broken.cus)} both plan {names.uav(i)}."
     if shows == "lemma-1":
@@ -31,7 +32,7 @@ def what_is_false(replayed: Replay, broken: Broken, k: int) -> str:
     if shows == "lemma-2":
         contents = [f"{names.cu(w)} holds {content}" for w, content in zip(broken.cus, held, strict=True)]
         trackers = f"the trackers of {names.uav(i)} on {names.cus(broken.cus)}"
-        return f"{when}{trackers} are not deprecated and differ: {names.listing(contents)}. {follows}."
+        return f"{when}{trackers} are not deprecated and differ: {phrases.listing(contents)}. {follows}."
     if shows == "plans-from-truth":
         return (
             f"{when}{names.cu(broken.cus[0])} is in RUN_DMPC and may plan {names.uav(i)} from {held[0]}, but {follows}."
@@ -39,14 +40,14 @@ def what_is_false(replayed: Replay, broken: Broken, k: int) -> str:
     return f"{when}about {names.cus(broken.cus)} and {names.uav(i)}: {broken.why}."
 
 
-def causes(replayed: Replay, broken: Iterable[Broken], k: int) -> list[Sentence]:
+def causes(replayed: SwarmRun, broken: Iterable[Broken], k: int) -> list[Sentence]:
     """Tell how it came to what is false in the computation phase of round k, without saying anything twice."""
     sentences = [sentence for one in broken for sentence in _causes(replayed, one, k)]
     return list(dict.fromkeys(sentences))
 
 
-def _causes(replayed: Replay, broken: Broken, k: int) -> list[Sentence]:
-    if broken.uav is None or replayed.trace.shows == "one-planner-per-uav":
+def _causes(replayed: SwarmRun, broken: Broken, k: int) -> list[Sentence]:
+    if broken.uav is None or replayed.shows == "one-planner-per-uav":
         return [sentence for w in broken.cus for sentence in _selection(replayed, w, k)]
     i, swarm = broken.uav, replayed.swarms[k]
     followed = swarm.uavs[i].followed
@@ -62,7 +63,7 @@ def _causes(replayed: Replay, broken: Broken, k: int) -> list[Sentence]:
     return sentences
 
 
-def missing(replayed: Replay, w: int, i: int, wanted: Trajectory, k: int) -> list[Sentence]:
+def missing(replayed: SwarmRun, w: int, i: int, wanted: Trajectory, k: int) -> list[Sentence]:
     """Tell why CU w's tracker of UAV i does not hold `wanted` in round k."""
     me, tracker, name = names.cu(w), names.tracker(w, i), names.trajectory(wanted)
     held = [r for r in range(k) if wanted in replayed.swarms[r].cus[w].trackers[i].trajectories]
@@ -83,7 +84,7 @@ def missing(replayed: Replay, w: int, i: int, wanted: Trajectory, k: int) -> lis
     text = f"{me} never received {name}: of slot {slot} in round {calculated}, it "
     sentences = [Sentence(f"{text}{slot_at(replayed, calculated, slot, got)}.", amiss=True)]
     sentences += _conflict(replayed, slot, calculated)
-    update, cus = explain_in(replayed, w, calculated + 1), replayed.trace.cus
+    update, cus = explain_in(replayed, w, calculated + 1), replayed.cus
     if replayed.semantics.loss_handling == "ignore":
         sentences.append(Sentence(f"{me} does not ask whether it missed anything.", "loss_handling=ignore", amiss=True))
     elif not update.all_marked:
@@ -98,7 +99,7 @@ def missing(replayed: Replay, w: int, i: int, wanted: Trajectory, k: int) -> lis
     return sentences
 
 
-def _conflict(replayed: Replay, slot: int, r: int) -> list[Sentence]:
+def _conflict(replayed: SwarmRun, slot: int, r: int) -> list[Sentence]:
     """Tell why a slot of round r has two transmitters, if it has."""
     reply = replayed.airs[r].slots[slot].reply
     if reply is None or not replayed.airs[r].slots[slot].conflict:
@@ -112,7 +113,7 @@ def _conflict(replayed: Replay, slot: int, r: int) -> list[Sentence]:
     return [Sentence(f"{text}RUN_DMPC, where it transmits.", "Alg. 1 line 9, rejoin=any-state", amiss=True)]
 
 
-def _valid(replayed: Replay, w: int, i: int, k: int) -> Sentence:
+def _valid(replayed: SwarmRun, w: int, i: int, k: int) -> Sentence:
     """Tell since when CU w's tracker of UAV i is not deprecated."""
     flags = [swarm.cus[w].trackers[i].deprecated for swarm in replayed.swarms[: k + 1]]
     if not any(flags):
@@ -128,7 +129,7 @@ def _valid(replayed: Replay, w: int, i: int, k: int) -> Sentence:
     return Sentence(text, "Alg. 2 lines 5-7")
 
 
-def _not_followed(replayed: Replay, i: int, entry: Trajectory, followed: Trajectory) -> list[Sentence]:
+def _not_followed(replayed: SwarmRun, i: int, entry: Trajectory, followed: Trajectory) -> list[Sentence]:
     """Tell why UAV i does not follow an entry that is newer than what it follows."""
     if entry == HOVERING or entry.metadata.round < followed.metadata.round:
         return []
@@ -138,9 +139,9 @@ def _not_followed(replayed: Replay, i: int, entry: Trajectory, followed: Traject
     return [Sentence(f"{text}{slot_at(replayed, calculated, slot, got, i)}.", "eq. 10", amiss=True)]
 
 
-def _selection(replayed: Replay, w: int, k: int) -> list[Sentence]:
+def _selection(replayed: SwarmRun, w: int, k: int) -> list[Sentence]:
     """Tell how CU w comes to its selection in round k (round-robin)."""
-    cu, cus, me = replayed.swarms[k].cus[w], replayed.trace.cus, names.cu(w)
+    cu, cus, me = replayed.swarms[k].cus[w], replayed.cus, names.cu(w)
     sentences = []
     if k:
         inbox = replayed.events[k - 1].at_cus[w].inbox

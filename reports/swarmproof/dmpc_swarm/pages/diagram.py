@@ -5,10 +5,11 @@ from __future__ import annotations
 from html import escape
 
 from swarmproof.dmpc_swarm.pages import names
+from swarmproof.dmpc_swarm.pages.swarm_run import SwarmRun
 from swarmproof.dmpc_swarm.protocol.event_trigger import select_uav
 from swarmproof.dmpc_swarm.protocol.messages import EmptyMessage, TrajectoryMessage, TrajectoryRequestMessage
 from swarmproof.dmpc_swarm.protocol.network import Reception, Slot
-from swarmproof.trace.trace import Replay
+from swarmproof.pages import phrases
 
 #: Widths in pixels: of the labels on the left, of one lifeline's column, between UAVs and CUs.
 LABELS, COLUMN, GAP = 150, 206, 20
@@ -99,10 +100,9 @@ def _rect(x: float, y: float, width: float, height: float, style: str, round_: f
     return f'<rect x="{x:g}" y="{y:g}" width="{width:g}" height="{height:g}" rx="{round_:g}" class="{style}"/>'
 
 
-def sequence_diagram(replayed: Replay) -> str:
+def sequence_diagram(replayed: SwarmRun) -> str:
     """Return the message-sequence diagram of a run as SVG that needs nothing around it."""
-    trace = replayed.trace
-    drawing = _Drawing(trace.uavs, trace.cus)
+    drawing = _Drawing(replayed.uavs, replayed.cus)
     y = 6.0
     starts = []
     for k in range(len(replayed.swarms)):
@@ -111,19 +111,19 @@ def sequence_diagram(replayed: Replay) -> str:
         bottom = _round(drawing, replayed, k, y + 6)
         drawing.bands.append(_rect(0, y, drawing.width, bottom - y, drawing.band))
         y = bottom
-    for x in [drawing.uav(i) for i in range(trace.uavs)] + [drawing.cu(w) for w in range(trace.cus)]:
+    for x in [drawing.uav(i) for i in range(replayed.uavs)] + [drawing.cu(w) for w in range(replayed.cus)]:
         drawing.back.append(f'<line x1="{x:g}" y1="6" x2="{x:g}" y2="{y:g}" class="sd-life"/>')
-    if trace.loop_start is not None:
-        _loop(drawing, starts[trace.loop_start], starts[-1], trace.loop_start, len(replayed.events) - 1)
-    length = names.count(len(replayed.events), "round")
-    label = f"Message-sequence diagram of {length}, {names.losses(replayed.lost_messages)}"
+    if replayed.loop_start is not None:
+        _loop(drawing, starts[replayed.loop_start], starts[-1], replayed.loop_start, len(replayed.events) - 1)
+    length = phrases.count(len(replayed.events), "round")
+    label = f"Message-sequence diagram of {length}, {phrases.losses(replayed.lost_messages)}"
     size = f'viewBox="0 0 {drawing.width:g} {y + 6:g}" width="{drawing.width:g}" height="{y + 6:g}"'
     size += f' style="max-width: 100%; min-width: {SMALLEST * drawing.width:.0f}px; height: auto"'
     body = "\n".join([*drawing.bands, *drawing.back, *drawing.front])
     return f'<svg class="sd" role="img" aria-label="{escape(label)}" {size}>\n<style>{STYLE}</style>\n{body}\n</svg>'
 
 
-def _round(drawing: _Drawing, replayed: Replay, k: int, y: float) -> float:
+def _round(drawing: _Drawing, replayed: SwarmRun, k: int, y: float) -> float:
     """Draw round k from y down; return where it ends."""
     last = k == len(replayed.events)
     drawing.text(12, y + 16, f"Round {k}", "sd-round", "start")
@@ -136,7 +136,7 @@ def _round(drawing: _Drawing, replayed: Replay, k: int, y: float) -> float:
     return _adoption(drawing, replayed, k, y) + 6
 
 
-def _computation(drawing: _Drawing, replayed: Replay, k: int, y: float) -> float:
+def _computation(drawing: _Drawing, replayed: SwarmRun, k: int, y: float) -> float:
     swarm, before = replayed.swarms[k], replayed.swarms[k - 1] if k else None
     drawing.text(12, y + 31, "computation phase", "sd-small", "start")
     for uav in swarm.uavs:
@@ -157,13 +157,13 @@ def _computation(drawing: _Drawing, replayed: Replay, k: int, y: float) -> float
                 drawing, x, y + 48, f"A_ET = {ranked}, selects {'nobody' if selected is None else names.uav(selected)}"
             )
             extra = 14.0
-    for broken in replayed.broken_at(k):
+    for broken in replayed.broken[k]:
         for w in broken.cus:
             drawing.box(drawing.cu(w) - CHIP / 2 - 4, y - 4, CHIP + 8, 44 + extra, "sd-broken", 6)
         if broken.uav is not None:
             drawing.box(drawing.uav(broken.uav) - CHIP / 2 - 4, y - 4, CHIP + 8, 30, "sd-broken", 12)
     y += 44 + extra
-    for broken in replayed.broken_at(k):
+    for broken in replayed.broken[k]:
         y = _callout(drawing, replayed, k, broken.cus, broken.uav, y)
     return y
 
@@ -175,38 +175,38 @@ def _beside(drawing: _Drawing, x: float, y: float, words: str) -> None:
     drawing.text(x, y, words, "sd-small")
 
 
-def _callout(drawing: _Drawing, replayed: Replay, k: int, cus: tuple[int, ...], uav: int | None, y: float) -> float:
+def _callout(drawing: _Drawing, replayed: SwarmRun, k: int, cus: tuple[int, ...], uav: int | None, y: float) -> float:
     """Say in a red bar what is false; return where it ends."""
     swarm = replayed.swarms[k]
     if uav is None:
-        words = f"✗ {replayed.trace.shows} is false: {names.cus(cus)} compute different sets A_ET({k})"
-    elif replayed.trace.shows == "one-planner-per-uav":
-        words = f"✗ {replayed.trace.shows} is false: {names.cus(cus)} both plan {names.uav(uav)}"
+        words = f"✗ {replayed.shows} is false: {names.cus(cus)} compute different sets A_ET({k})"
+    elif replayed.shows == "one-planner-per-uav":
+        words = f"✗ {replayed.shows} is false: {names.cus(cus)} both plan {names.uav(uav)}"
     else:
         held = [f"{names.cu(w)} holds {names.entries(swarm.cus[w].trackers[uav].trajectories)}" for w in cus]
         follows = f"{names.uav(uav)} follows {names.trajectory(swarm.uavs[uav].followed)}"
-        words = f"✗ {replayed.trace.shows} is false about {names.uav(uav)}: {names.listing(held)}; {follows}"
+        words = f"✗ {replayed.shows} is false about {names.uav(uav)}: {phrases.listing(held)}; {follows}"
     drawing.box(LABELS, y + 2, drawing.width - LABELS - 8, 22, "sd-callout", 4)
     drawing.text((LABELS + drawing.width - 8) / 2, y + 17.5, words, "sd-callout-text")
     return y + 28
 
 
-def _ending(drawing: _Drawing, replayed: Replay, k: int, y: float) -> float:
+def _ending(drawing: _Drawing, replayed: SwarmRun, k: int, y: float) -> float:
     """Draw what the last computation phase shows beyond broken places; return where it ends."""
     middle = (LABELS + drawing.width - 8) / 2
-    if replayed.trace.loop_start is not None:
-        words = f"↺ the swarm behaves as in round {replayed.trace.loop_start}: the loop closes"
+    if replayed.loop_start is not None:
+        words = f"↺ the swarm behaves as in round {replayed.loop_start}: the loop closes"
         drawing.box(LABELS, y + 2, drawing.width - LABELS - 8, 22, "sd-chip", 4)
         drawing.text(middle, y + 17.5, words, "sd-loop-text")
         return y + 28
-    if not replayed.is_violation and not replayed.broken_at(k):
+    if not replayed.is_violation and not replayed.broken[k]:
         drawing.box(LABELS, y - 48, drawing.width - LABELS - 4, 46, "sd-reached", 6)
-        drawing.text(middle, y + 14, f"✓ {replayed.trace.shows}: reached", "sd-reached-text")
+        drawing.text(middle, y + 14, f"✓ {replayed.shows}: reached", "sd-reached-text")
         return y + 20
     return y
 
 
-def _metadata(drawing: _Drawing, replayed: Replay, k: int, y: float) -> float:
+def _metadata(drawing: _Drawing, replayed: SwarmRun, k: int, y: float) -> float:
     """Draw the UAVs' metadata messages: one line for those received, and each lost one; return where they end."""
     events = replayed.events[k]
     drawing.text(12, y + 12, "metadata of all UAVs", "sd-small", "start")
@@ -227,7 +227,7 @@ def _metadata(drawing: _Drawing, replayed: Replay, k: int, y: float) -> float:
     return y
 
 
-def _slot(drawing: _Drawing, replayed: Replay, k: int, slot: int, sent: Slot, y: float) -> float:
+def _slot(drawing: _Drawing, replayed: SwarmRun, k: int, slot: int, sent: Slot, y: float) -> float:
     """Draw what happens in the slot of one CU; return where it ends."""
     label = f"slot {slot}"
     if sent.cu_message is None and sent.reply is None:
@@ -250,7 +250,7 @@ def _slot(drawing: _Drawing, replayed: Replay, k: int, slot: int, sent: Slot, y:
     return y + 5
 
 
-def _fan(drawing: _Drawing, replayed: Replay, k: int, slot: int, sent: Slot, y: float, *, of_reply: bool) -> float:
+def _fan(drawing: _Drawing, replayed: SwarmRun, k: int, slot: int, sent: Slot, y: float, *, of_reply: bool) -> float:
     """Draw one message with an arrow to each receiver that gets it, and the losses; return where it ends."""
     if of_reply:
         assert sent.reply is not None
@@ -281,7 +281,7 @@ def _fan(drawing: _Drawing, replayed: Replay, k: int, slot: int, sent: Slot, y: 
     return y + (56 if lost_here else 46)
 
 
-def _adoption(drawing: _Drawing, replayed: Replay, k: int, y: float) -> float:
+def _adoption(drawing: _Drawing, replayed: SwarmRun, k: int, y: float) -> float:
     """Mark the UAVs that adopt a new trajectory; return where the marks end."""
     adopted = [(i, new) for i, new in enumerate(replayed.events[k].adopted) if new is not None]
     if not adopted:
@@ -300,7 +300,7 @@ def _loop(drawing: _Drawing, top: float, bottom: float, start: int, end: int) ->
     drawing.front.append(
         f'<polyline points="9,{top + 3:g} 3,{top + 3:g} 3,{bottom - 3:g} 9,{bottom - 3:g}" class="sd-loop"/>'
     )
-    which = names.rounds(start, end)
+    which = phrases.rounds(start, end)
     middle = (top + bottom) / 2
     drawing.front.append(
         f'<text transform="translate({LABELS - 8:g} {middle:g}) rotate(-90)" text-anchor="middle" class="sd-loop-text">'

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from swarmproof.dmpc_swarm.pages import names
+from swarmproof.dmpc_swarm.pages.swarm_run import SwarmRun
 from swarmproof.dmpc_swarm.protocol.algorithm2 import update_information_trackers
 from swarmproof.dmpc_swarm.protocol.messages import Trajectory, TrajectoryMessage
 from swarmproof.dmpc_swarm.protocol.network import Reception
-from swarmproof.trace.trace import Replay
 
 
 @dataclass(frozen=True)
@@ -41,12 +41,12 @@ class Explained:
         return self.all_marked or i in self.marked or (before and i not in self.matched)
 
 
-def explain_in(replayed: Replay, w: int, k: int) -> Explained:
+def explain_in(replayed: SwarmRun, w: int, k: int) -> Explained:
     """Explain the update of CU w at the start of round k (k > 0), from what Algorithm 2 itself recorded."""
     inbox = replayed.events[k - 1].at_cus[w].inbox
     trackers = replayed.swarms[k - 1].cus[w].trackers
     update = update_information_trackers(
-        inbox.uav_messages, inbox.cu_messages, trackers, replayed.trace.cus, replayed.semantics
+        inbox.uav_messages, inbox.cu_messages, trackers, replayed.cus, replayed.semantics
     )
     metadata_matters = replayed.semantics.loss_handling == "recover"
     every = range(len(trackers)) if metadata_matters else ()
@@ -62,7 +62,7 @@ def explain_in(replayed: Replay, w: int, k: int) -> Explained:
     )
 
 
-def slot_at(replayed: Replay, k: int, slot: int, got: Reception, uav: int | None = None) -> str:
+def slot_at(replayed: SwarmRun, k: int, slot: int, got: Reception, uav: int | None = None) -> str:
     """Say what a receiver got in a slot of round k, with what was not received first and why.
 
     The text continues a sentence that names the receiver: "of slot 1, it ...". `uav` is its index if it is a UAV.

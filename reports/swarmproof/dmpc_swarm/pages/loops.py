@@ -5,21 +5,22 @@ from __future__ import annotations
 from swarmproof.dmpc_swarm.pages import names
 from swarmproof.dmpc_swarm.pages.causes import missing
 from swarmproof.dmpc_swarm.pages.story import Sentence, origin, tell
+from swarmproof.dmpc_swarm.pages.swarm_run import SwarmRun
 from swarmproof.dmpc_swarm.protocol.algorithm1 import CuState
 from swarmproof.dmpc_swarm.protocol.messages import TrajectoryMessage
 from swarmproof.dmpc_swarm.semantics import Semantics
 from swarmproof.explore.decide import Decided
-from swarmproof.trace.trace import Replay
+from swarmproof.pages import phrases
 
 
-def loop_causes(replayed: Replay, decided: Decided) -> list[Sentence]:
+def loop_causes(replayed: SwarmRun, decided: Decided) -> list[Sentence]:
     """Tell what keeps the swarm in the loop of a lasso, and whether other choices lead out of it."""
-    loop, last = replayed.trace.loop_start, len(replayed.events)
+    loop, last = replayed.loop_start, len(replayed.events)
     assert loop is not None
     sentences: list[Sentence] = []
-    for w in range(replayed.trace.cus):
+    for w in range(replayed.cus):
         sentences += _states(replayed, w, loop, last)
-        for i in range(replayed.trace.uavs):
+        for i in range(replayed.uavs):
             sentences += _stuck(replayed, w, i, loop, last)
     for k in range(loop + 1, last + 1):
         sentences += [
@@ -36,13 +37,13 @@ def loop_causes(replayed: Replay, decided: Decided) -> list[Sentence]:
     return list(dict.fromkeys(sentences))
 
 
-def _states(replayed: Replay, w: int, loop: int, last: int) -> list[Sentence]:
+def _states(replayed: SwarmRun, w: int, loop: int, last: int) -> list[Sentence]:
     """Tell in which states CU w is in the loop, and whom it asks."""
     states = [replayed.swarms[k].cus[w].state for k in range(loop, last)]
     if all(state is CuState.RUN_DMPC for state in states):
         return [Sentence(f"{names.cu(w)} is in RUN_DMPC all the time.")]
     when = [f"{state.name} in round {k}" for k, state in enumerate(states, start=loop)]
-    text = f"{names.cu(w)} is in {names.listing(when)}"
+    text = f"{names.cu(w)} is in {phrases.listing(when)}"
     asked = _asked(replayed, w, loop, last)
     if not asked:
         return [Sentence(f"{text}; it asks nobody.")]
@@ -50,7 +51,7 @@ def _states(replayed: Replay, w: int, loop: int, last: int) -> list[Sentence]:
     return [Sentence(text, f"Alg. 1 line 26, request_order={replayed.semantics.request_order}")]
 
 
-def _asked(replayed: Replay, w: int, loop: int, last: int) -> list[int]:
+def _asked(replayed: SwarmRun, w: int, loop: int, last: int) -> list[int]:
     asked = {
         replayed.events[k].decided[w]
         for k in range(loop, last)
@@ -59,7 +60,7 @@ def _asked(replayed: Replay, w: int, loop: int, last: int) -> list[int]:
     return sorted(i for i in asked if i is not None)
 
 
-def _stuck(replayed: Replay, w: int, i: int, loop: int, last: int) -> list[Sentence]:
+def _stuck(replayed: SwarmRun, w: int, i: int, loop: int, last: int) -> list[Sentence]:
     """Tell why CU w's tracker of UAV i stays deprecated, if it lacks what the UAV follows in the whole loop."""
     column = [
         (replayed.swarms[k].uavs[i].followed, replayed.swarms[k].cus[w].trackers[i]) for k in range(loop, last + 1)
@@ -73,7 +74,7 @@ def _stuck(replayed: Replay, w: int, i: int, loop: int, last: int) -> list[Sente
     does_not = [] if i in _asked(replayed, w, loop, last) else [f"{names.cu(w)} never asks it"]
     if not any(isinstance(m, TrajectoryMessage) and m.uav == i for air in replayed.airs[loop:] for m, _ in air.slots):
         does_not.append("no CU plans it")
-    text += f"; but in the loop {names.listing(does_not)}." if does_not else "."
+    text += f"; but in the loop {phrases.listing(does_not)}." if does_not else "."
     return [
         Sentence(text, "Alg. 2 line 5", amiss=True),
         origin(replayed, i, loop),
@@ -90,4 +91,4 @@ def _free(semantics: Semantics) -> str:
         free.append("what is decoded in a conflict")
     if semantics.request_order == "any":
         free.append("whom a CU asks")
-    return f"choices are left in {names.listing(free)}" if free else ""
+    return f"choices are left in {phrases.listing(free)}" if free else ""

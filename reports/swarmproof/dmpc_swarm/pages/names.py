@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 from swarmproof.dmpc_swarm.protocol.messages import (
     HOVERING,
@@ -13,6 +13,7 @@ from swarmproof.dmpc_swarm.protocol.messages import (
     TrajectoryRequestMessage,
 )
 from swarmproof.dmpc_swarm.protocol.network import Slot
+from swarmproof.pages import phrases
 
 
 def uav(i: int) -> str:
@@ -27,12 +28,12 @@ def cu(w: int) -> str:
 
 def uavs(indices: Iterable[int]) -> str:
     """Return the names of several UAVs."""
-    return listing([uav(i) for i in indices])
+    return phrases.listing([uav(i) for i in indices])
 
 
 def cus(indices: Iterable[int]) -> str:
     """Return the names of several CUs."""
-    return listing([cu(w) for w in indices])
+    return phrases.listing([cu(w) for w in indices])
 
 
 def trajectory(named: Trajectory) -> str:
@@ -71,7 +72,7 @@ def on_slot(slot: int, sent: Slot) -> str:
         parts.append(of_cu(slot, sent.cu_message))
     if sent.reply is not None:
         parts.append(of_uav(sent.reply))
-    return listing(parts) or "nothing"
+    return phrases.listing(parts) or "nothing"
 
 
 def of_cu(w: int, sent: CuMessage) -> str:
@@ -84,26 +85,3 @@ def of_cu(w: int, sent: CuMessage) -> str:
 def of_uav(sent: TrajectoryMessage) -> str:
     """Return what a UAV transmits that was asked, within a sentence."""
     return f"{uav(sent.uav)}'s reply carrying {trajectory(sent.trajectory)}"
-
-
-def listing(parts: Sequence[str]) -> str:
-    """Return ``a, b and c``."""
-    *most, last = parts or [""]
-    return f"{', '.join(most)} and {last}" if most else last
-
-
-def count(number: int, noun: str) -> str:
-    """Return ``1 round`` or ``2 rounds``."""
-    return f"{number:,} {noun}" if number == 1 else f"{number:,} {noun}s"
-
-
-def rounds(first: int, last: int) -> str:
-    """Return ``round 3``, ``rounds 3 and 4`` or ``rounds 3 to 5``."""
-    if first == last:
-        return f"round {first}"
-    return f"rounds {first} {'and' if last == first + 1 else 'to'} {last}"
-
-
-def losses(number: int) -> str:
-    """Return how many messages a run loses, in words."""
-    return "no message lost" if number == 0 else f"{count(number, 'message')} lost"

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 from swarmproof.dmpc_swarm.pages import names
 from swarmproof.dmpc_swarm.pages.explain import Explained, explain_in, slot_at
+from swarmproof.dmpc_swarm.pages.swarm_run import SwarmRun
 from swarmproof.dmpc_swarm.protocol.algorithm1 import ComputeUnit, CuState
 from swarmproof.dmpc_swarm.protocol.event_trigger import select_uav
 from swarmproof.dmpc_swarm.protocol.messages import HOVERING, Trajectory, TrajectoryMessage, TrajectoryRequestMessage
 from swarmproof.dmpc_swarm.protocol.swarm import compute
 from swarmproof.dmpc_swarm.protocol.uav import offers
-from swarmproof.trace.trace import Replay
+from swarmproof.pages import phrases
 
 
 @dataclass(frozen=True)
@@ -39,9 +40,9 @@ class RoundStory:
     air: tuple[Sentence, ...] = ()
 
 
-def tell(replayed: Replay, k: int) -> RoundStory:
+def tell(replayed: SwarmRun, k: int) -> RoundStory:
     """Tell round k; of the last one there is only the computation phase up to where claims are read."""
-    update = tuple(s for w in range(replayed.trace.cus) for s in _update(replayed, w, k))
+    update = tuple(s for w in range(replayed.cus) for s in _update(replayed, w, k))
     if k == len(replayed.events):
         return RoundStory(update)
     decide = tuple(_decision(replayed, cu, k) for cu in replayed.swarms[k].cus)
@@ -49,7 +50,7 @@ def tell(replayed: Replay, k: int) -> RoundStory:
     return RoundStory(update, decide, air)
 
 
-def _update(replayed: Replay, w: int, k: int) -> list[Sentence]:
+def _update(replayed: SwarmRun, w: int, k: int) -> list[Sentence]:
     me = names.cu(w)
     if k == 0:
         if replayed.semantics.initial == "known":
@@ -77,12 +78,10 @@ def _update(replayed: Replay, w: int, k: int) -> list[Sentence]:
     return sentences or [Sentence(f"{me}: its trackers and its state stay as they are ({after.state.name}).")]
 
 
-def _missing(replayed: Replay, w: int, k: int) -> list[tuple[int, str]]:
+def _missing(replayed: SwarmRun, w: int, k: int) -> list[tuple[int, str]]:
     got = replayed.events[k].at_cus[w]
     return [
-        (slot, slot_at(replayed, k, slot, got))
-        for slot in range(replayed.trace.cus)
-        if slot not in got.inbox.cu_messages
+        (slot, slot_at(replayed, k, slot, got)) for slot in range(replayed.cus) if slot not in got.inbox.cu_messages
     ]
 
 
@@ -97,10 +96,10 @@ def _matching(w: int, before: ComputeUnit, update: Explained) -> list[Sentence]:
             effects.append("marked up to date")
         if effects:
             text = f"{me}: {names.uav(i)}'s metadata, {names.trajectory(entry)}, matches an entry of its tracker, "
-            sentences.append(Sentence(f"{text}which is {names.listing(effects)}.", "Alg. 2 lines 5-7"))
+            sentences.append(Sentence(f"{text}which is {phrases.listing(effects)}.", "Alg. 2 lines 5-7"))
     if update.unmatched:
         several = len(update.unmatched) > 1
-        of = names.listing([f"{names.uav(i)}'s" for i in update.unmatched])
+        of = phrases.listing([f"{names.uav(i)}'s" for i in update.unmatched])
         text = f"{me}: {of} metadata {'match' if several else 'matches'} no entry of its "
         text += "trackers; these are left as they are." if several else "tracker, which is left as it is."
         sentences.append(Sentence(text, "Alg. 2 line 5"))
@@ -110,26 +109,26 @@ def _matching(w: int, before: ComputeUnit, update: Explained) -> list[Sentence]:
     return sentences
 
 
-def _marking(replayed: Replay, w: int, k: int, update: Explained, before: ComputeUnit) -> list[Sentence]:
+def _marking(replayed: SwarmRun, w: int, k: int, update: Explained, before: ComputeUnit) -> list[Sentence]:
     """Tell lines 12-14 and 17-19: which trackers become deprecated."""
     me, sentences = names.cu(w), []
     if update.several:
         which = "that tracker" if replayed.semantics.deprecation == "one" else "all its trackers"
         if replayed.semantics.deprecation == "one" and len(update.several) > 1:
             which = "these trackers"
-        held = names.listing(
+        held = phrases.listing(
             [f"of {names.uav(i)} still {names.entries(before.trackers[i].trajectories)}" for i in update.several]
         )
         text = f"{me} holds {held}, more than one: {which} deprecated."
         sentences.append(Sentence(text, f"Alg. 2 line 13, deprecation={replayed.semantics.deprecation}", amiss=True))
     if update.all_marked:
         reasons = "; ".join(f"of slot {slot}, it {outcome}" for slot, outcome in _missing(replayed, w, k - 1))
-        text = f"{me} has only {update.received} of {replayed.trace.cus} CU messages: all its trackers deprecated"
+        text = f"{me} has only {update.received} of {replayed.cus} CU messages: all its trackers deprecated"
         sentences.append(Sentence(f"{text} ({reasons}).", "Alg. 2 line 18", amiss=True))
     return sentences
 
 
-def _additions(replayed: Replay, w: int, k: int, update: Explained, before: ComputeUnit) -> list[Sentence]:
+def _additions(replayed: SwarmRun, w: int, k: int, update: Explained, before: ComputeUnit) -> list[Sentence]:
     """Tell lines 20-24: which trajectories are new in which tracker, and where they came from."""
     sources: dict[tuple[int, Trajectory], list[str]] = {}
     for slot, message in update.added.items():
@@ -140,14 +139,14 @@ def _additions(replayed: Replay, w: int, k: int, update: Explained, before: Comp
             sources.setdefault((message.uav, message.trajectory), []).append(f"{what} in slot {slot}")
     return [
         Sentence(
-            f"{names.cu(w)} adds {names.trajectory(new)}, {names.listing(source)}, to its tracker of {names.uav(i)}.",
+            f"{names.cu(w)} adds {names.trajectory(new)}, {phrases.listing(source)}, to its tracker of {names.uav(i)}.",
             "Alg. 2 line 22",
         )
         for (i, new), source in sources.items()
     ]
 
 
-def _state(replayed: Replay, w: int, k: int) -> list[Sentence]:
+def _state(replayed: SwarmRun, w: int, k: int) -> list[Sentence]:
     """Tell Alg. 1 lines 8-11: what becomes of the CU's state."""
     me, swarm = names.cu(w), replayed.swarms[k]
     computed, _ = compute(replayed.swarms[k - 1], replayed.events[k - 1].decided, replayed.semantics)
@@ -173,7 +172,7 @@ def _state(replayed: Replay, w: int, k: int) -> list[Sentence]:
     return sentences
 
 
-def _decision(replayed: Replay, cu: ComputeUnit, k: int) -> Sentence:
+def _decision(replayed: SwarmRun, cu: ComputeUnit, k: int) -> Sentence:
     """Tell Alg. 1 lines 12-32 of one CU."""
     me, decided = names.cu(cu.w), replayed.events[k].decided[cu.w]
     if cu.state is CuState.WAIT:
@@ -186,7 +185,7 @@ def _decision(replayed: Replay, cu: ComputeUnit, k: int) -> Sentence:
         return Sentence(f"{me} keeps silent: slot {cu.w} is donated.", "Alg. 1 lines 29-31")
     choice = ""
     if cu.a_et is not None:
-        cus = replayed.trace.cus
+        cus = replayed.cus
         selected = select_uav(cu.a_et, k, cu.w, cus)
         position = f"position ({k} + {cu.w}) mod {cus} = {(k + cu.w) % cus} of A_ET({k}) = {selection(cu.a_et)}"
         choice = f" ({position}{' is empty' if selected is None else ': ' + names.uav(selected)})"
@@ -211,7 +210,7 @@ def selection(a_et: tuple[int, ...]) -> str:
     return "⟨" + ", ".join(names.uav(i) for i in a_et) + "⟩"
 
 
-def _slots(replayed: Replay, k: int) -> list[Sentence]:
+def _slots(replayed: SwarmRun, k: int) -> list[Sentence]:
     """Tell what happens in the CUs' slots, where it is more than that everybody gets the message."""
     sentences, events = [], replayed.events[k]
     receivers = [
@@ -238,15 +237,15 @@ def _slots(replayed: Replay, k: int) -> list[Sentence]:
         if sent.reply is not None:
             got_it = [name for name, got, i in receivers if slot in got.inbox.cu_messages and i is None]
             text = f"Slot {slot}: {names.of_uav(sent.reply)}, as {names.cu(slot)} asked in round {k - 1}, is "
-            text += f"received by {names.listing(got_it)}." if got_it else "received by no CU."
+            text += f"received by {phrases.listing(got_it)}." if got_it else "received by no CU."
             sentences.append(Sentence(text, "Section 4.2"))
         if lost:
-            text = f"Slot {slot}: {names.on_slot(slot, sent)} is lost on the way to {names.listing(lost)}."
+            text = f"Slot {slot}: {names.on_slot(slot, sent)} is lost on the way to {phrases.listing(lost)}."
             sentences.append(Sentence(text, amiss=True))
     return sentences
 
 
-def _metadata(replayed: Replay, k: int) -> list[Sentence]:
+def _metadata(replayed: SwarmRun, k: int) -> list[Sentence]:
     """Tell which UAVs' metadata messages were lost."""
     return [
         Sentence(f"{names.uav(i)}'s metadata message is lost on the way to {names.cu(w)}.", amiss=True)
@@ -255,7 +254,7 @@ def _metadata(replayed: Replay, k: int) -> list[Sentence]:
     ]
 
 
-def _uavs(replayed: Replay, k: int) -> list[Sentence]:
+def _uavs(replayed: SwarmRun, k: int) -> list[Sentence]:
     """Tell what the UAVs make of what they received: requests, new trajectories."""
     sentences, events = [], replayed.events[k]
     for slot, sent in enumerate(replayed.airs[k].slots):
@@ -284,14 +283,14 @@ def _uavs(replayed: Replay, k: int) -> list[Sentence]:
         offered = offers(replayed.swarms[k].uavs[i], events.at_uavs[i].inbox)
         old = replayed.swarms[k].uavs[i].followed
         text = (
-            f"{names.uav(i)} received {names.listing([names.trajectory(t) for t in offered])}: from round {k + 1} on "
+            f"{names.uav(i)} received {phrases.listing([names.trajectory(t) for t in offered])}: from round {k + 1} on "
         )
         text += f"it follows {names.trajectory(new)} instead of {names.trajectory(old)}."
         sentences.append(Sentence(text, "eq. 10"))
     return sentences
 
 
-def origin(replayed: Replay, i: int, k: int) -> Sentence:
+def origin(replayed: SwarmRun, i: int, k: int) -> Sentence:
     """Tell how UAV i came to follow what it follows in round k."""
     followed, me = replayed.swarms[k].uavs[i].followed, names.uav(i)
     if followed == HOVERING:

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 from swarmproof.dmpc_swarm.pages import names
 from swarmproof.dmpc_swarm.pages.story import selection
+from swarmproof.dmpc_swarm.pages.swarm_run import SwarmRun
 from swarmproof.dmpc_swarm.protocol.algorithm2 import InformationTracker
 from swarmproof.dmpc_swarm.protocol.event_trigger import prio_consensus, select_uav
-from swarmproof.trace.trace import Replay
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class RoundTable:
     with_selection: bool
 
 
-def round_table(replayed: Replay, k: int) -> RoundTable:
+def round_table(replayed: SwarmRun, k: int) -> RoundTable:
     """Return the tracker table of round k."""
     swarm = replayed.swarms[k]
     before = replayed.swarms[k - 1] if k else None
@@ -73,10 +73,10 @@ def round_table(replayed: Replay, k: int) -> RoundTable:
     )
 
 
-def _row(replayed: Replay, k: int, w: int) -> Row:
+def _row(replayed: SwarmRun, k: int, w: int) -> Row:
     swarm, cu = replayed.swarms[k], replayed.swarms[k].cus[w]
     before = replayed.swarms[k - 1].cus[w] if k else None
-    broken = [one for one in replayed.broken_at(k) if w in one.cus]
+    broken = [one for one in replayed.broken[k] if w in one.cus]
     selected, heard = None, ""
     if cu.a_et is not None:
         i = select_uav(cu.a_et, k, w, len(swarm.cus))

@@ -11,7 +11,7 @@ import numpy as np
 from swarmproof.campaign.statistics import proportion_interval
 from swarmproof.claims.samples import Observation
 from swarmproof.dmpc_swarm.claims.experiments import FOR_EVER, HORIZON_S, IGNORING, MLR, PERIOD_S
-from swarmproof.dmpc_swarm.pages import names
+from swarmproof.pages import phrases
 from swarmproof.pages.experiments.drawing import (
     COLLISION,
     METHOD_COLOURS,
@@ -78,7 +78,7 @@ def _halts(ending: Sequence[Observation], halted: Sequence[float]) -> str:
         return "None was flown."
     longest = f"the longest takes {max(halted):.1f} s" if halted else "none comes to rest"
     least = down(min(numbers(ending, "separation_m")))
-    return f"{names.count(len(ending), 'flight')}: {longest}, the smallest separation is {least} m."
+    return f"{phrases.count(len(ending), 'flight')}: {longest}, the smallest separation is {least} m."
 
 
 def _lengths(data: Data) -> list[int]:
@@ -96,7 +96,7 @@ def _finite(data: Data, method: str) -> list[Observation]:
 
 
 def _count(seen: Sequence[Observation]) -> str:
-    return f"{collisions(seen):,} of {names.count(len(seen), 'flight')}"
+    return f"{collisions(seen):,} of {phrases.count(len(seen), 'flight')}"
 
 
 def _draw_maps(figure: Figure, data: Data, lengths: Sequence[int]) -> None:

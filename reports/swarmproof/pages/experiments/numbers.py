@@ -14,7 +14,7 @@ from swarmproof.campaign.trial import Cell
 from swarmproof.claims.samples import Label, Observation
 from swarmproof.dmpc_swarm.claims.experiments import FORMATIONS, IGNORING, MLR, PRINTED
 from swarmproof.dmpc_swarm.experiments.measure import Leg
-from swarmproof.dmpc_swarm.pages import names
+from swarmproof.pages import phrases
 from swarmproof.pages.plot_style import decimal_text
 
 #: m, scaled: the published d_min and d̂_min, which every experiment flies with.
@@ -139,4 +139,4 @@ def down(distance: float, places: int = 3) -> str:
 
 def cus(number: int) -> str:
     """Return ``1 CU`` or ``2 CUs``."""
-    return names.count(number, "CU")
+    return phrases.count(number, "CU")

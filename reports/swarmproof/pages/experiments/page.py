@@ -10,12 +10,13 @@ from swarmproof.campaign.experiment import Experiment, Variant
 from swarmproof.campaign.store import Stored
 from swarmproof.campaign.trial import Cell
 from swarmproof.claims.samples import Observation
+from swarmproof.dmpc_swarm.semantics import PAPER
 from swarmproof.output import ReportFolder
 from swarmproof.pages.experiments import words as reproduce_words
 from swarmproof.pages.experiments.numbers import Data
 from swarmproof.pages.experiments.plots import pictures
 from swarmproof.pages.experiments.tables import cells_csv, tables
-from swarmproof.pages.page import PAPER, template
+from swarmproof.pages.page import template
 
 #: The sign before a verdict, and its style.
 SIGNS: dict[Agreement, tuple[str, str]] = {

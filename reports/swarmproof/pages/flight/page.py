@@ -10,26 +10,28 @@ from html import escape
 
 from markupsafe import Markup
 
-from swarmproof.dmpc_swarm.flight.judge import FlightVerdict, Flown
+from swarmproof.claims.verdict import Verdict
+from swarmproof.dmpc_swarm.flight.judge import Flown
 from swarmproof.dmpc_swarm.flight.log import Log, Outcome
 from swarmproof.dmpc_swarm.flight.run import Setting
 from swarmproof.dmpc_swarm.pages import names
 from swarmproof.dmpc_swarm.protocol.algorithm1 import CuState
+from swarmproof.dmpc_swarm.semantics import PAPER
 from swarmproof.output import ReportFolder
 from swarmproof.pages.flight import facts as flight_facts
 from swarmproof.pages.flight import words as flight_words
 from swarmproof.pages.flight.plots import Picture, check_available, pictures
-from swarmproof.pages.page import PAPER, template
+from swarmproof.pages.page import template
 
 __all__ = ["check_available", "put_flight"]
 
 #: Attempts without a plan that are listed; of the others, it is said how many there are.
 MOST_LISTED = 12
 _VERDICT_WORDS = {
-    FlightVerdict.VIOLATED: ("✗ violated", "bad"),
-    FlightVerdict.NOT_VIOLATED: ("✓ not violated", "good"),
-    FlightVerdict.UNDECIDED: ("? undecided", "dim"),
-    FlightVerdict.NOT_APPLICABLE: ("– not applicable", "dim"),
+    Verdict.VIOLATED: ("✗ violated", "bad"),
+    Verdict.NOT_VIOLATED: ("✓ not violated", "good"),
+    Verdict.UNDECIDED: ("? undecided", "dim"),
+    Verdict.NOT_APPLICABLE: ("– not applicable", "dim"),
 }
 
 
@@ -87,8 +89,8 @@ def flight_page(
         facts=flight_facts.rows(setting, loss, flown),
         violations=flight_facts.violations(flown),
         claims=flown.claims,
-        violated=[judged for judged in flown.claims if judged.verdict is FlightVerdict.VIOLATED],
-        undecided=[judged for judged in flown.claims if judged.verdict is FlightVerdict.UNDECIDED],
+        violated=[judged for judged in flown.claims if judged.verdict is Verdict.VIOLATED],
+        undecided=[judged for judged in flown.claims if judged.verdict is Verdict.UNDECIDED],
         idle=flown.last_adoption is None,
         stopped=flown.stopped,
         collision=flight_words.collision(setting, flown),

@@ -4,20 +4,25 @@ from __future__ import annotations
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from swarmproof.dmpc_swarm.flight.exhaustive import Exhaustive, Verdict
+from swarmproof.dmpc_swarm.flight.exhaustive import Exhaustive, PatternVerdict
 from swarmproof.dmpc_swarm.flight.run import Setting
 from swarmproof.faults.pattern import lost_in
 from swarmproof.faults.script import script_text
 from swarmproof.output import ReportFolder
 from swarmproof.pages.flight import words as flight_words
 
-_TAGS = {Verdict.HOLDS: "good", Verdict.VIOLATED: "bad", Verdict.UNDECIDED: "dim", Verdict.NOT_APPLICABLE: "dim"}
+_TAGS = {
+    PatternVerdict.HOLDS: "good",
+    PatternVerdict.VIOLATED: "bad",
+    PatternVerdict.UNDECIDED: "dim",
+    PatternVerdict.NOT_APPLICABLE: "dim",
+}
 
 
 def put_patterns(folder: ReportFolder, setting: Setting, rounds: int, found: Exhaustive) -> None:
     """Put ``index.html`` and, for each violated claim, ``CLAIM.losses.json`` into `folder`."""
     for decided in found.claims:
-        if decided.verdict is Verdict.VIOLATED:
+        if decided.verdict is PatternVerdict.VIOLATED:
             losses = [lost_in(flown.at_cus, flown.at_uavs) for flown in decided.cause]
             folder.put(f"{decided.claim.id}.losses.json", script_text(losses, setting.scenario.uavs, setting.cus))
     loader = PackageLoader("swarmproof.pages", "templates")

@@ -8,8 +8,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from swarmproof.claims.verdict import Verdict
 from swarmproof.dmpc_swarm.claims.flight import FlightClaim
-from swarmproof.dmpc_swarm.flight.judge import FlightVerdict, Flown
+from swarmproof.dmpc_swarm.flight.judge import Flown
 from swarmproof.dmpc_swarm.flight.log import Log
 from swarmproof.errors import BadInput
 from swarmproof.pages.flight.paths import Scene, draw_paths
@@ -116,7 +117,7 @@ def _paths(flown: Flown, log: Log) -> Picture:
 def _separation(flown: Flown, log: Log) -> Picture:
     given = log.flight.scenario.parameters
     kept, steps = float(given.d_hat_min), Band.of(flown, float(given.T_c)).steps
-    broken = {judged.claim.id for judged in flown.claims if judged.verdict is FlightVerdict.VIOLATED}
+    broken = {judged.claim.id for judged in flown.claims if judged.verdict is Verdict.VIOLATED}
     at_samples = (
         "Here references are closer than d̂_min at samples, too."
         if "theorem-2" in broken
@@ -154,7 +155,7 @@ def first_violations(flown: Flown, period: float) -> list[float]:
     rounds = {
         judged.rounds
         for judged in flown.claims
-        if judged.verdict is FlightVerdict.VIOLATED
+        if judged.verdict is Verdict.VIOLATED
         and judged.rounds is not None
         and not (isinstance(judged.claim, FlightClaim) and judged.claim.in_round is None)
     }

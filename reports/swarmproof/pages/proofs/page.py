@@ -9,11 +9,12 @@ from markupsafe import Markup
 
 from swarmproof.algebra.grid import Step
 from swarmproof.claims.proof import ProofVerdict, Reading
-from swarmproof.dmpc_swarm.pages import names
 from swarmproof.dmpc_swarm.pair_table import UNDER_20, CellAudit
 from swarmproof.dmpc_swarm.proofs import samples
 from swarmproof.dmpc_swarm.proofs.terms.cells import ROLES, Role
-from swarmproof.pages.page import PAPER, template
+from swarmproof.dmpc_swarm.semantics import PAPER
+from swarmproof.pages import phrases
+from swarmproof.pages.page import template
 from swarmproof.pages.proofs import words as audit_words
 from swarmproof.pages.proofs.plots import SCENES, STYLE, draw_ranges, draw_scene, draw_step
 from swarmproof.prove.decide import Answer, Audited
@@ -92,7 +93,7 @@ def _headline(audited: Sequence[Audited]) -> str:
     proved, false = (
         sum(each.verdict is verdict for each in audited) for verdict in (ProofVerdict.PROVED, ProofVerdict.FALSE)
     )
-    text = f"The proofs, {names.count(len(audited), 'claim')}: {proved} proved, {false} false"
+    text = f"The proofs, {phrases.count(len(audited), 'claim')}: {proved} proved, {false} false"
     left = len(audited) - proved - false
     return f"{text}, {left} not decided" if left else text
 

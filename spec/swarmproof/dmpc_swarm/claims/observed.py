@@ -1,7 +1,8 @@
 """What can be seen of a swarm in a computation phase: the only thing that claims may look at.
 
-The executable model is observed this way (`swarmproof.adapters`), and any other implementation can be: it has to show
-its trackers with their flags, its CUs' states, the trajectories that its UAVs follow, and what is about to be sent.
+The executable model is observed this way (`swarmproof.dmpc_swarm.observe`), and any other implementation can be: it has
+to show its trackers with their flags, its CUs' states, the trajectories that its UAVs follow, and what is about to be
+sent.
 Trajectories are any hashable values that are equal when the trajectories are the same.
 """
 

@@ -16,6 +16,12 @@ class Broken(NamedTuple):
     uav: int | None
     why: str
 
+    @property
+    def where(self) -> str:
+        """Who is concerned, such as ``CU 0 and CU 1, UAV 2``."""
+        at = " and ".join(f"CU {w}" for w in self.cus)
+        return at if self.uav is None else f"{at}, UAV {self.uav}"
+
 
 def lemma_1(uav: ObservedUav) -> list[Broken]:
     """A tracker that is not deprecated contains the trajectory that its UAV follows."""

@@ -6,10 +6,8 @@ every exploration; where it cannot exist, the report says that none was found.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-
-from swarmproof.dmpc_swarm.claims.observed import WAIT, ObservedSwarm
+from swarmproof.claims.claim import Return, Witness
+from swarmproof.dmpc_swarm.claims.observed import RUN_DMPC, WAIT, ObservedSwarm
 
 
 def _two_entries(swarm: ObservedSwarm) -> bool:
@@ -28,25 +26,25 @@ def _slot_conflict(swarm: ObservedSwarm) -> bool:
     return any(cu.transmits and answering is not None for cu, answering in zip(swarm.cus, swarm.answering, strict=True))
 
 
-@dataclass(frozen=True)
-class Witness:
-    """A situation worth having seen; `looks_at_trackers` says whether it depends on anything but states and slots."""
+def _waiting(swarm: ObservedSwarm) -> frozenset[int]:
+    return frozenset(w for w, cu in enumerate(swarm.cus) if cu.state == WAIT)
 
-    id: str
-    wording: str
-    seen_in: Callable[[ObservedSwarm], bool]
-    looks_at_trackers: bool = False
+
+def _running(swarm: ObservedSwarm) -> frozenset[int]:
+    return frozenset(w for w, cu in enumerate(swarm.cus) if cu.state == RUN_DMPC)
 
 
 #: Found by its path, not by a state: a CU in RUN_DMPC that was in WAIT before.
-RECOVERY_LEFT = "recovery-left"
+RECOVERY_LEFT = Return(
+    "recovery-left", "a CU that had left RUN_DMPC came back to it", "recovery-entered", _waiting, _running
+)
 
-WITNESSES: tuple[Witness, ...] = (
+WITNESSES: tuple[Witness[ObservedSwarm], ...] = (
     Witness(
         "two-entries",
         "a tracker that is not deprecated held two entries",
         _two_entries,
-        looks_at_trackers=True,
+        outline=False,
     ),
     Witness("request-answered", "a UAV answered a request", _request_answered),
     Witness("recovery-entered", "a CU left RUN_DMPC for WAIT", _recovery_entered),

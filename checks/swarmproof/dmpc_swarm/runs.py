@@ -16,8 +16,7 @@ from itertools import product
 from hypothesis import strategies as st
 from hypothesis.vendor.pretty import RepresentationPrinter
 
-from swarmproof.dmpc_swarm.claims.predicates import Broken
-from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, Claim
+from swarmproof.dmpc_swarm.claims.protocol import CLAIMS, ProtocolClaim
 from swarmproof.dmpc_swarm.observe import observe
 from swarmproof.dmpc_swarm.protocol import algorithm1
 from swarmproof.dmpc_swarm.protocol.algorithm1 import Decision
@@ -26,8 +25,11 @@ from swarmproof.dmpc_swarm.protocol.network import Reception, receive_at_cu, rec
 from swarmproof.dmpc_swarm.protocol.swarm import Events, Swarm, compute, initial_swarm, step
 from swarmproof.dmpc_swarm.protocol.uav import Uav, offers
 from swarmproof.dmpc_swarm.semantics import SWITCHES, Semantics
+from swarmproof.dmpc_swarm.system import swarm
 from swarmproof.errors import BadInput
-from swarmproof.trace.trace import Trace, encode, record
+from swarmproof.falsify.walks import Breach, explain, first_breach
+from swarmproof.systems import Scope
+from swarmproof.trace.trace import Trace, record
 
 #: The sizes up to which runs are drawn unless told otherwise.
 MOST_UAVS, MOST_CUS = 6, 4
@@ -75,7 +77,12 @@ class Run:
 
     def trace(self, shows: str, rounds: int | None = None) -> Trace:
         """Write down the run, or its first `rounds`, as a trace that shows the claim or witness with id `shows`."""
-        return record(self.uavs, self.cus, self.semantics, shows, self.events[:rounds])
+        return record(self.scope, shows, self.events[:rounds])
+
+    @property
+    def scope(self) -> Scope:
+        """What the run is of; it may be larger than what can be explored."""
+        return swarm(self.uavs, self.cus, self.semantics)
 
     def __repr__(self) -> str:
         """Say how large the run is; its trace says the rest."""
@@ -88,15 +95,6 @@ class Run:
     def _repr_pretty_(self, printer: RepresentationPrinter, cycle: bool) -> None:
         """Let Hypothesis print the same."""
         printer.text(repr(self))
-
-
-@dataclass(frozen=True)
-class Breach:
-    """The first state of a run in which a claim is false: the computation phase of this round."""
-
-    claim: Claim
-    round: int
-    broken: tuple[Broken, ...]
 
 
 def perform(uavs: int, cus: int, semantics: Semantics, stretches: Sequence[Stretch], max_rounds: int) -> Run:
@@ -267,19 +265,12 @@ def runs_of_any_size(
     )
 
 
-def check_run(run: Run, claims: Sequence[Claim] = CLAIMS) -> Breach | None:
+def check_run(run: Run, claims: Sequence[ProtocolClaim] = CLAIMS) -> Breach | None:
     """Return the first state of a run in which a safety claim is false; None if all that apply are true in all."""
-    applicable = [claim for claim in claims if claim.applies_to(run.semantics)]
-    for k, swarm in enumerate(run.swarms):
-        observed = observe(swarm)
-        for claim in applicable:
-            broken = claim.broken_in(observed)
-            if broken:
-                return Breach(claim, k, tuple(broken))
-    return None
+    return first_breach(run.swarms, observe, [claim for claim in claims if claim.applies_to(run.semantics)])
 
 
-def run_property(run: Run, claims: Sequence[Claim] = CLAIMS) -> None:
+def run_property(run: Run, claims: Sequence[ProtocolClaim] = CLAIMS) -> None:
     """Assert that the safety claims are true in every state of a run: the body of a Hypothesis test.
 
     Args:
@@ -292,20 +283,4 @@ def run_property(run: Run, claims: Sequence[Claim] = CLAIMS) -> None:
     """
     breach = check_run(run, claims)
     if breach is not None:
-        raise AssertionError(explain(run, breach))
-
-
-def explain(run: Run, breach: Breach) -> str:
-    """Return what is broken and where, followed by the replayable trace."""
-    places = "\n".join(f"  {_place(broken)}: {broken.why}" for broken in breach.broken)
-    trace = encode(run.trace(breach.claim.id, breach.round)).decode()
-    return (
-        f"{breach.claim.id} is violated in the computation phase of round {breach.round} "
-        f"({run.uavs} UAVs, {run.cus} CUs, {run.semantics.name()}):\n"
-        f"{places}\nsave this trace and give it to `swarmproof replay`:\n{trace}"
-    )
-
-
-def _place(broken: Broken) -> str:
-    at = " and ".join(f"CU {w}" for w in broken.cus)
-    return at if broken.uav is None else f"{at}, UAV {broken.uav}"
+        raise AssertionError(explain(run.scope, run.events, breach))
