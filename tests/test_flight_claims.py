@@ -10,10 +10,10 @@ from typing import Any
 
 import pytest
 
+from swarmproof.claims.closest import ClosestApproach
 from swarmproof.dmpc_swarm.claims.flight import (
     FLIGHT_CLAIMS,
     Approach,
-    Dip,
     FlightClaim,
     ObservedAttempt,
     ObservedFlight,
@@ -41,7 +41,7 @@ def approach(square: Fraction) -> Approach:
 NEAR, AT, FAR = approach(D_HAT**2 - TINY), approach(D_HAT**2), approach(F(1))
 #: A round in which all trajectories are just far enough from each other.
 ROUND = ObservedRound(8, D_HAT, AT, AT, AT, AT, AT, AT, AT, (), underway=2)
-DIP = Dip(0.12, True, (2, 5), 1.85)
+DIP = ClosestApproach(0.12, True, (2, 5), 1.85)
 FLIGHT = ObservedFlight(F(3, 25), DIP, DIP, adopted=50.0, patience=50.0, late=(), underway=8)
 
 

@@ -21,19 +21,11 @@ from swarmproof.dmpc_swarm.claims.flight import FLIGHT_CLAIMS
 from swarmproof.dmpc_swarm.flight.judge import Flown, Judged
 from swarmproof.dmpc_swarm.flight.log import Log, Logged, Outcome, moved
 from swarmproof.dmpc_swarm.flight.run import Setting, fly
-from swarmproof.dmpc_swarm.planner.planner import Planned
-from swarmproof.dmpc_swarm.planner.problem import Task
-from swarmproof.dmpc_swarm.protocol.algorithm1 import CuState
-from swarmproof.dmpc_swarm.semantics import Semantics
-from swarmproof.dmpc_swarm.trigger import Trigger
-from swarmproof.errors import BadInput, Failed
-from swarmproof.faults.grammar import parse
-from swarmproof.output import LISTED, ReportFolder
-from swarmproof.pages.flight.page import check_available, flight_page, inlined, put_flight
-from swarmproof.pages.flight.paths import PART, WHOLE, in_view, shown_rounds
-from swarmproof.pages.flight.plots import Picture, first_violations
-from swarmproof.pages.flight.separation import down_text, is_enlarged
-from swarmproof.pages.flight.series import (
+from swarmproof.dmpc_swarm.pages.flight.page import check_available, flight_page, inlined, put_flight
+from swarmproof.dmpc_swarm.pages.flight.paths import PART, WHOLE, in_view, shown_rounds
+from swarmproof.dmpc_swarm.pages.flight.plots import Picture, first_violations
+from swarmproof.dmpc_swarm.pages.flight.separation import down_text, is_enlarged
+from swarmproof.dmpc_swarm.pages.flight.series import (
     Band,
     Bins,
     distances_to_targets,
@@ -44,7 +36,15 @@ from swarmproof.pages.flight.series import (
     states_of_cus,
     target_changes,
 )
-from swarmproof.pages.flight.timeline import MOST_MARKS
+from swarmproof.dmpc_swarm.pages.flight.timeline import MOST_MARKS
+from swarmproof.dmpc_swarm.planner.planner import Planned
+from swarmproof.dmpc_swarm.planner.problem import Task
+from swarmproof.dmpc_swarm.protocol.algorithm1 import CuState
+from swarmproof.dmpc_swarm.semantics import Semantics
+from swarmproof.dmpc_swarm.trigger import Trigger
+from swarmproof.errors import BadInput, Failed
+from swarmproof.faults.grammar import parse
+from swarmproof.output import LISTED, ReportFolder
 from swarmproof.qp.solvers import Status
 from swarmproof.scenario.scenario import load
 
@@ -471,7 +471,7 @@ def test_without_matplotlib_it_says_what_to_install(monkeypatch: pytest.MonkeyPa
 
 def test_importing_the_page_does_not_import_matplotlib() -> None:
     """Flights without a report neither need matplotlib nor wait for it."""
-    code = "import sys, swarmproof.pages.flight.page; sys.exit('matplotlib' in sys.modules)"
+    code = "import sys, swarmproof.dmpc_swarm.pages.flight.page; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 

@@ -12,11 +12,11 @@ import pytest
 from swarmproof.campaign.matrix import RowResult, load_matrix, select_rows
 from swarmproof.cli import main
 from swarmproof.dmpc_swarm.experiments.experiments import EXPERIMENTS
+from swarmproof.dmpc_swarm.pages.experiments.page import put_reproduction
 from swarmproof.dmpc_swarm.system import SYSTEM
 from swarmproof.explore.decide import verify
 from swarmproof.explore.search import Limits
 from swarmproof.output import ReportFolder
-from swarmproof.pages.experiments.page import put_reproduction
 from swarmproof.pages.matrix import put_matrix
 
 #: Every kind of page, and the page above it.

@@ -23,7 +23,7 @@ from swarmproof.dmpc_swarm.semantics import PRESETS, Semantics
 from swarmproof.dmpc_swarm.system import swarm as scope
 from swarmproof.errors import BadInput
 from swarmproof.explore.decide import Decided, Result, verify
-from swarmproof.systems import Scope
+from swarmproof.system import Scope
 from swarmproof.trace.replay import Replay, replay
 from swarmproof.trace.trace import Trace, as_builtins, decode, encode, read, record
 

@@ -13,14 +13,15 @@ import pytest
 
 from swarmproof.algebra.grid import Range, Step, Time
 from swarmproof.claims.proof import ProofVerdict, Reading
+from swarmproof.dmpc_swarm.evidence.book import audit
+from swarmproof.dmpc_swarm.pages.proofs.page import audit_page
+from swarmproof.dmpc_swarm.pages.proofs.plots import SCENES, draw_ranges, draw_scene, draw_step
+from swarmproof.dmpc_swarm.pages.proofs.words import shown
 from swarmproof.dmpc_swarm.pair_table import CellAudit, audit_cells
 from swarmproof.dmpc_swarm.proofs.registry import PROOF_CLAIMS, select_proof_claims
 from swarmproof.dmpc_swarm.proofs.samples import eq_20, planes, repaired_20, rest
 from swarmproof.dmpc_swarm.proofs.terms.cells import ROLES, cells
-from swarmproof.pages.proofs.page import audit_page
-from swarmproof.pages.proofs.plots import SCENES, draw_ranges, draw_scene, draw_step
-from swarmproof.pages.proofs.words import shown
-from swarmproof.prove.decide import Audited, audit
+from swarmproof.prove.decide import Audited
 from swarmproof.prove.evidence import Vectors
 from swarmproof.prove.script import script
 from swarmproof.prove.steps import Covered, decide_step

@@ -8,10 +8,10 @@ import pytest
 
 from swarmproof.algebra.grid import Step
 from swarmproof.claims.proof import ProofClaim, ProofVerdict, Reading
-from swarmproof.dmpc_swarm.evidence.book import EVIDENCE
+from swarmproof.dmpc_swarm.evidence.book import EVIDENCE, audit
 from swarmproof.dmpc_swarm.proofs.registry import PROOF_CLAIMS, select_proof_claims
 from swarmproof.errors import BadInput
-from swarmproof.prove.decide import audit, decide
+from swarmproof.prove.decide import decide
 
 BY_KEY = {claim.key: claim for claim in PROOF_CLAIMS}
 BOTH_READINGS = sorted({claim.id for claim in PROOF_CLAIMS if {f"{claim.id}/{r}" for r in Reading} <= BY_KEY.keys()})

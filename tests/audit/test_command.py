@@ -11,9 +11,10 @@ import pytest
 from swarmproof.claims.proof import ProofVerdict
 from swarmproof.cli import main
 from swarmproof.commands import audit as command
+from swarmproof.dmpc_swarm.evidence.book import audit
 from swarmproof.dmpc_swarm.proofs.registry import PROOF_CLAIMS, select_proof_claims
 from swarmproof.dmpc_swarm.proofs.terms.cells import cells
-from swarmproof.prove.decide import Audited, audit
+from swarmproof.prove.decide import Audited
 
 
 def test_everything_is_decided_as_recorded(capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,8 +13,9 @@ from swarmproof.algebra.grid import Range, Step, Time
 from swarmproof.algebra.polynomial import Polynomial, constant, variables
 from swarmproof.algebra.statement import Solvable, Statement, above, at_least, equal
 from swarmproof.claims.proof import ProofVerdict, Question
+from swarmproof.dmpc_swarm.evidence.book import audit
 from swarmproof.dmpc_swarm.proofs.registry import PROOF_CLAIMS
-from swarmproof.prove.decide import Answer, Shown, audit
+from swarmproof.prove.decide import Answer, Shown
 from swarmproof.prove.evidence import Candidate, Certificate, Unsolvable, Vectors, term
 from swarmproof.prove.script import MOST_LINES, identity, script
 from swarmproof.prove.steps import Covered, Line

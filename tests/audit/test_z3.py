@@ -10,9 +10,10 @@ import pytest
 from swarmproof.algebra.polynomial import constant, position, variable
 from swarmproof.algebra.statement import Sign, Solvable, Statement, above, at_least, equal
 from swarmproof.claims.proof import ProofVerdict
+from swarmproof.dmpc_swarm.evidence.book import audit
 from swarmproof.dmpc_swarm.proofs.registry import PROOF_CLAIMS
 from swarmproof.dmpc_swarm.proofs.terms.separation import I_NEW, OF_I, D, both_new, one_new
-from swarmproof.prove.decide import answer, audit
+from swarmproof.prove.decide import answer
 from swarmproof.prove.evidence import Candidate, Unsolvable, Vectors
 
 pytest.importorskip("z3")

@@ -20,6 +20,9 @@ from swarmproof.dmpc_swarm.flight.incremental import Flights
 from swarmproof.dmpc_swarm.flight.log import Log
 from swarmproof.dmpc_swarm.flight.run import Setting, fly
 from swarmproof.dmpc_swarm.flight.state import Round
+from swarmproof.dmpc_swarm.pages.flight import words as flight_words
+from swarmproof.dmpc_swarm.pages.flight.plots import pictures
+from swarmproof.dmpc_swarm.pages.flight.series import one_scale, pair_distance, sampled_separation
 from swarmproof.dmpc_swarm.planner.accept import old_satisfies
 from swarmproof.dmpc_swarm.planner.plan import Plan
 from swarmproof.dmpc_swarm.planner.planner import Planned, Planner
@@ -29,9 +32,6 @@ from swarmproof.faults.grammar import parse
 from swarmproof.monitor import bernstein as between
 from swarmproof.motion.lattice import Lattice
 from swarmproof.motion.pairs import Scales
-from swarmproof.pages.flight import words as flight_words
-from swarmproof.pages.flight.plots import pictures
-from swarmproof.pages.flight.series import one_scale, pair_distance, sampled_separation
 from swarmproof.scenario.scenario import Scenario, Weights, load
 from swarmproof.theorem3.fleet import Fleet
 

@@ -12,6 +12,7 @@ from tests.flight.settings import a_task, hover, lattice, setting, wander
 
 from swarmproof.dmpc_swarm.flight.run import fly
 from swarmproof.dmpc_swarm.flight.state import Round
+from swarmproof.dmpc_swarm.pages.flight import words as flight_words
 from swarmproof.dmpc_swarm.planner import qp
 from swarmproof.dmpc_swarm.planner.accept import broken_constraint, old_satisfies
 from swarmproof.dmpc_swarm.planner.ball import PER_UNIT, directions, share, triangles
@@ -20,7 +21,6 @@ from swarmproof.dmpc_swarm.planner.planner import Planner
 from swarmproof.dmpc_swarm.planner.problem import Task
 from swarmproof.faults.grammar import parse
 from swarmproof.motion.lattice import Floats
-from swarmproof.pages.flight import words as flight_words
 from swarmproof.scenario.scenario import Weights
 
 F = Fraction

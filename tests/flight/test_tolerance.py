@@ -17,9 +17,9 @@ from tests.flight.settings import lattice, setting
 from swarmproof.cli import main
 from swarmproof.dmpc_swarm.flight.separation_at_samples import tracked
 from swarmproof.dmpc_swarm.flight.state import FlightState
+from swarmproof.dmpc_swarm.pages.flight import words as flight_words
 from swarmproof.dmpc_swarm.planner.accept import broken_constraint, old_satisfies, right_side, wrong_sides
 from swarmproof.errors import BadInput
-from swarmproof.pages.flight import words as flight_words
 from swarmproof.scenario.scenario import EXACT, Tolerance, load
 
 UNITS = lattice()

@@ -14,7 +14,7 @@ from swarmproof.heartbeat.claims import CLAIMS, Observed
 from swarmproof.heartbeat.protocol import PATIENCE, Heartbeat
 from swarmproof.heartbeat.semantics import Semantics
 from swarmproof.heartbeat.system import SYSTEM
-from swarmproof.systems import Scope
+from swarmproof.system import Scope
 
 
 def broken(preset: str, uavs: int = 3) -> dict[str, tuple[int | None, int | None]]:

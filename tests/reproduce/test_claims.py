@@ -8,7 +8,6 @@ from math import inf, isnan
 
 import pytest
 
-from swarmproof.campaign import experiment
 from swarmproof.campaign.decide import Agreement, decide, decide_variant
 from swarmproof.campaign.store import Stored
 from swarmproof.campaign.trial import Cell
@@ -28,6 +27,7 @@ from swarmproof.dmpc_swarm.claims.experiments import (
     maximum,
     similar,
 )
+from swarmproof.dmpc_swarm.experiments import experiment
 from swarmproof.dmpc_swarm.experiments.experiments import EXPERIMENTS
 from swarmproof.dmpc_swarm.experiments.measure import RADII, Leg, Measured
 

@@ -20,16 +20,16 @@ import pytest
 from swarmproof.campaign import decide as decide_module
 from swarmproof.campaign import provenance as made_by_module
 from swarmproof.campaign import store as store_module
-from swarmproof.campaign.experiment import AS_CHOSEN, Experiment, Variant
 from swarmproof.campaign.store import Store, Stored
 from swarmproof.campaign.trial import Cell
 from swarmproof.claims.samples import ExperimentClaim, Never, Observation, Sometimes, Value
 from swarmproof.cli import main
 from swarmproof.commands import reproduce as command
 from swarmproof.dmpc_swarm.claims.experiments import IGNORING, MLR
+from swarmproof.dmpc_swarm.experiments.experiment import AS_CHOSEN, Experiment, Variant
 from swarmproof.dmpc_swarm.experiments.measure import REACHED, Measured, measure
+from swarmproof.dmpc_swarm.pages.experiments import words as reproduce_words
 from swarmproof.exit_codes import ExitCode
-from swarmproof.pages.experiments import words as reproduce_words
 
 Json = dict[str, Any]
 Observe = Callable[[Cell, Measured, float], list[Observation]]

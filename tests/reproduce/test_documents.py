@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 from swarmproof.campaign.decide import DecidedClaim, decide
-from swarmproof.campaign.experiment import AS_CHOSEN
 from swarmproof.claims.samples import Label, Observation, Value
 from swarmproof.dmpc_swarm.claims.experiments import claims_of
+from swarmproof.dmpc_swarm.experiments.experiment import AS_CHOSEN
 from swarmproof.dmpc_swarm.experiments.experiments import EXPERIMENTS
-from swarmproof.pages.experiments.page import shown
+from swarmproof.dmpc_swarm.pages.experiments.page import shown
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "docs" / "experiments"

@@ -10,7 +10,6 @@ from itertools import product
 
 import pytest
 
-from swarmproof.campaign.experiment import AS_CHOSEN, JITTER, METHODS, Experiment, Variant, seconds
 from swarmproof.campaign.trial import Cell
 from swarmproof.claims.samples import Observation
 from swarmproof.dmpc_swarm.claims.experiments import (
@@ -22,6 +21,7 @@ from swarmproof.dmpc_swarm.claims.experiments import (
     PERIOD_S,
     PRINTED,
 )
+from swarmproof.dmpc_swarm.experiments.experiment import AS_CHOSEN, JITTER, METHODS, Experiment, Variant, seconds
 from swarmproof.dmpc_swarm.experiments.experiments import EXPERIMENTS
 from swarmproof.dmpc_swarm.experiments.measure import RADII, REACHED, Leg, Measured
 from swarmproof.dmpc_swarm.flight.run import Setting

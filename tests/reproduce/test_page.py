@@ -15,18 +15,18 @@ from statistics import median
 import pytest
 
 from swarmproof.campaign.decide import decide_variant
-from swarmproof.campaign.experiment import Experiment, Variant
 from swarmproof.campaign.store import Stored
 from swarmproof.campaign.trial import Cell
 from swarmproof.dmpc_swarm.claims.experiments import FORMATIONS, IGNORING, MLR, claims_of
+from swarmproof.dmpc_swarm.experiments.experiment import Experiment, Variant
 from swarmproof.dmpc_swarm.experiments.experiments import EXPERIMENTS
 from swarmproof.dmpc_swarm.experiments.measure import RADII, REACHED, Leg, Measured
+from swarmproof.dmpc_swarm.pages.experiments.formations_plots import arrivals, total
+from swarmproof.dmpc_swarm.pages.experiments.numbers import Data, counted, distances, times
+from swarmproof.dmpc_swarm.pages.experiments.page import put_reproduction, shown
+from swarmproof.dmpc_swarm.pages.experiments.plots import pictures
+from swarmproof.dmpc_swarm.pages.experiments.tables import tables
 from swarmproof.output import ReportFolder
-from swarmproof.pages.experiments.formations_plots import arrivals, total
-from swarmproof.pages.experiments.numbers import Data, counted, distances, times
-from swarmproof.pages.experiments.page import put_reproduction, shown
-from swarmproof.pages.experiments.plots import pictures
-from swarmproof.pages.experiments.tables import tables
 
 Found = Mapping[Cell, Stored]
 

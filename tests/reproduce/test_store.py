@@ -15,10 +15,10 @@ from typing import Any
 import pytest
 
 from swarmproof.campaign import store as module
-from swarmproof.campaign.consistent import fault
 from swarmproof.campaign.provenance import made_by
 from swarmproof.campaign.store import FORMAT, Store, Stored
 from swarmproof.campaign.trial import Cell
+from swarmproof.dmpc_swarm.experiments.consistent import fault
 from swarmproof.dmpc_swarm.experiments.measure import RADII, Leg, Measured, measure
 from swarmproof.errors import BadInput, Failed
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from swarmproof.systems import Scope, load
+from swarmproof.system import Scope
+from swarmproof.systems import load
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from enum import StrEnum
 from math import inf
 
-from swarmproof.campaign.experiment import Experiment, Variant
 from swarmproof.campaign.statistics import CONFIDENCE, compare, fewest, proportion_interval, shared
 from swarmproof.campaign.store import Stored
 from swarmproof.campaign.trial import Cell
@@ -28,6 +27,7 @@ from swarmproof.claims.samples import (
     runs,
 )
 from swarmproof.dmpc_swarm.claims.experiments import claims_of
+from swarmproof.dmpc_swarm.experiments.experiment import Experiment, Variant
 
 
 class Agreement(StrEnum):

@@ -17,7 +17,8 @@ from swarmproof.claims.verdict import Verdict
 from swarmproof.errors import BadInput
 from swarmproof.explore.decide import Decided, Result, verify
 from swarmproof.explore.search import Limits
-from swarmproof.systems import PACKAGES, Scope, System
+from swarmproof.system import Scope, System
+from swarmproof.systems import PACKAGES
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,9 @@ from typing import Any
 
 import msgspec
 
-from swarmproof.campaign.consistent import fault
 from swarmproof.campaign.provenance import made_by
 from swarmproof.campaign.trial import Cell
+from swarmproof.dmpc_swarm.experiments.consistent import fault
 from swarmproof.dmpc_swarm.experiments.measure import Measured
 from swarmproof.errors import BadInput
 from swarmproof.files.reading import read_bytes

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from swarmproof.claims.proof import ProofVerdict
+from swarmproof.dmpc_swarm.evidence.book import audit
 from swarmproof.dmpc_swarm.proofs.pairs import PAIRS
 from swarmproof.dmpc_swarm.proofs.registry import select_proof_claims
 from swarmproof.dmpc_swarm.proofs.terms.cells import Cell, Lemma, cells
 from swarmproof.dmpc_swarm.proofs.terms.separation import EQ_20
-from swarmproof.prove.decide import Answer, audit
+from swarmproof.prove.decide import Answer
 
 #: What the verdict of a cell can be, beside those of a claim.
 UNDER_20 = f"true under {EQ_20}"

@@ -28,7 +28,7 @@ from swarmproof.dmpc_swarm.semantics import SWITCHES, Semantics
 from swarmproof.dmpc_swarm.system import swarm
 from swarmproof.errors import BadInput
 from swarmproof.falsify.walks import Breach, explain, first_breach
-from swarmproof.systems import Scope
+from swarmproof.system import Scope
 from swarmproof.trace.trace import Trace, record
 
 #: The sizes up to which runs are drawn unless told otherwise.

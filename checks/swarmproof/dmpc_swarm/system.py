@@ -11,7 +11,7 @@ from swarmproof.dmpc_swarm.model import RecordedRound, SwarmModel
 from swarmproof.dmpc_swarm.rounds import Rounds
 from swarmproof.dmpc_swarm.semantics import PAPER, Semantics
 from swarmproof.dmpc_swarm.symmetry import MOST_CUS, Abstraction
-from swarmproof.systems import Scope, Size, System
+from swarmproof.system import Scope, Size, System
 
 #: Beyond these the search space is out of reach, and the packed keys are not made for it.
 MOST_UAVS = 8

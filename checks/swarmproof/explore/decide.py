@@ -12,7 +12,7 @@ from swarmproof.explore.concretise import follow
 from swarmproof.explore.recovery import decide_recovery
 from swarmproof.explore.search import Exploration, Limits, Progress, explore
 from swarmproof.monitor.watch import Watch
-from swarmproof.systems import Scope
+from swarmproof.system import Scope
 from swarmproof.trace.trace import Trace, record
 
 

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from hypothesis.vendor.pretty import RepresentationPrinter
 
 from swarmproof.claims.claim import Claim
-from swarmproof.systems import Scope
+from swarmproof.system import Scope
 from swarmproof.trace.trace import encode, record
 
 #: The most rounds of a run unless told otherwise.

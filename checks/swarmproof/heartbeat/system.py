@@ -6,7 +6,7 @@ from swarmproof.heartbeat.claims import CLAIMS, WITNESSES
 from swarmproof.heartbeat.protocol import Heartbeat
 from swarmproof.heartbeat.semantics import Semantics
 from swarmproof.port.broadcast import LostMessages
-from swarmproof.systems import Size, System
+from swarmproof.system import Size, System
 
 SYSTEM = System(
     name="heartbeat",

@@ -7,7 +7,7 @@ from math import sqrt
 
 import numpy as np
 
-from swarmproof.dmpc_swarm.claims.flight import Dip
+from swarmproof.claims.closest import ClosestApproach
 from swarmproof.monitor.bernstein import Closest, at_least, closest, lowest_per_step
 from swarmproof.motion.lattice import Floats, Lattice
 
@@ -39,12 +39,13 @@ class Separation:
         if len(self._waiting) == CHUNK:
             self._bound()
 
-    def dip(self) -> Dip:
+    def dip(self) -> ClosestApproach:
         """Return the closest approach so far; there must have been a period."""
         self._bound()
         assert self._closest is not None
         time = (self._closest_step + self._closest.fraction) * float(self._lattice.parameters.T_c)
-        return Dip(_down(sqrt(max(self._closest.lower, 0.0)) * self._unit), self._at_least, self._closest.pair, time)
+        lower = distance_below(self._closest.lower, self._unit)
+        return ClosestApproach(lower, self._at_least, self._closest.pair, time)
 
     def _bound(self) -> None:
         if not self._waiting:
@@ -70,3 +71,13 @@ class Separation:
 def _down(value: float) -> float:
     """Return a float below the exact value of which `value` is the rounded square root, scaled: three roundings."""
     return value * (1 - 2.0**-50)
+
+
+def distance_below(square: float, unit: float) -> float:
+    """Return a certified lower bound of a distance, in m, whose square is at least `square` lattice units².
+
+    Args:
+        square: certified; below 0 it says nothing.
+        unit: m; of the lattice.
+    """
+    return _down(sqrt(max(square, 0.0)) * unit)

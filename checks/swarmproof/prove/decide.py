@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from swarmproof.algebra.grid import Step
 from swarmproof.algebra.statement import Solvable, Statement
 from swarmproof.claims.proof import ProofClaim, ProofVerdict, Question
-from swarmproof.dmpc_swarm.evidence.book import EVIDENCE
 from swarmproof.prove.evidence import Candidate, Certificate, Unsolvable, Vectors
 from swarmproof.prove.steps import Covered, Line, decide_step
 
@@ -38,11 +37,6 @@ class Audited:
     def as_recorded(self) -> bool:
         """Whether the verdict is the one on record."""
         return self.verdict is self.claim.verdict
-
-
-def audit(claims: Sequence[ProofClaim]) -> list[Audited]:
-    """Decide every claim from the evidence on file."""
-    return [decide(claim, EVIDENCE.get(claim.key, {})) for claim in claims]
 
 
 def decide(claim: ProofClaim, evidence: Mapping[str, Shown]) -> Audited:

@@ -10,7 +10,8 @@ from swarmproof.claims.claim import Always, Claim, Reachable, Recovers, Return, 
 from swarmproof.claims.reading import Reading
 from swarmproof.errors import BadInput
 from swarmproof.port.model import Model
-from swarmproof.systems import System, load
+from swarmproof.system import System
+from swarmproof.systems import load
 from swarmproof.trace.trace import Trace
 
 

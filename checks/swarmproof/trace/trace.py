@@ -11,7 +11,8 @@ import msgspec
 
 from swarmproof.errors import BadInput
 from swarmproof.files.reading import read_bytes
-from swarmproof.systems import PACKAGES, Scope, System, load
+from swarmproof.system import Scope, System
+from swarmproof.systems import PACKAGES, load
 
 SCHEMA = "swarmproof.trace/1"
 #: How long a trace may be, which is far longer than any that is written.

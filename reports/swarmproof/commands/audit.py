@@ -11,15 +11,16 @@ from rich.table import Table
 
 from swarmproof import terminal
 from swarmproof.claims.proof import ProofVerdict, Reading
+from swarmproof.dmpc_swarm.evidence.book import audit
+from swarmproof.dmpc_swarm.pages.proofs import words as audit_words
+from swarmproof.dmpc_swarm.pages.proofs.page import audit_page
 from swarmproof.dmpc_swarm.pair_table import UNDER_20, CellAudit, audit_cells
 from swarmproof.dmpc_swarm.proofs.pairs import PAIRS
 from swarmproof.dmpc_swarm.proofs.registry import select_proof_claims
 from swarmproof.dmpc_swarm.proofs.terms.cells import ROLES
 from swarmproof.exit_codes import ExitCode
 from swarmproof.output import deliver, publish, reserve_file, reserve_report, write_json
-from swarmproof.pages.proofs import words as audit_words
-from swarmproof.pages.proofs.page import audit_page
-from swarmproof.prove.decide import Audited, audit
+from swarmproof.prove.decide import Audited
 
 _COLOURS: dict[str, str] = {
     ProofVerdict.PROVED: "green",

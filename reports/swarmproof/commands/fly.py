@@ -20,6 +20,10 @@ from swarmproof.dmpc_swarm.flight.log import Log
 from swarmproof.dmpc_swarm.flight.positions import Positions
 from swarmproof.dmpc_swarm.flight.run import Setting, fly
 from swarmproof.dmpc_swarm.flight.state import Round
+from swarmproof.dmpc_swarm.pages.flight import page as flight_page
+from swarmproof.dmpc_swarm.pages.flight import words as flight_words
+from swarmproof.dmpc_swarm.pages.flight.patterns import put_patterns
+from swarmproof.dmpc_swarm.pages.flight.positions import check_format, write_positions
 from swarmproof.errors import BadInput
 from swarmproof.exit_codes import ExitCode
 from swarmproof.explore.search import Limits
@@ -28,10 +32,6 @@ from swarmproof.faults.losses import LossModel, Recorded
 from swarmproof.faults.script import script_text
 from swarmproof.options.fly import SEARCHES
 from swarmproof.output import ReportFolder, deliver, publish, reserve_file, reserve_report, write_json
-from swarmproof.pages.flight import page as flight_page
-from swarmproof.pages.flight import words as flight_words
-from swarmproof.pages.flight.patterns import put_patterns
-from swarmproof.pages.flight.positions import check_format, write_positions
 
 MOST_ROUNDS = 100_000
 _COLOURS: dict[str, str] = {

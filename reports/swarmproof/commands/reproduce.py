@@ -13,17 +13,17 @@ from rich.table import Table
 
 from swarmproof import streams, terminal
 from swarmproof.campaign.decide import Agreement, DecidedClaim, decide_variant
-from swarmproof.campaign.experiment import Experiment
 from swarmproof.campaign.store import Store, Stored
 from swarmproof.campaign.sweep import sweep
 from swarmproof.campaign.trial import Cell
+from swarmproof.dmpc_swarm.experiments.experiment import Experiment
 from swarmproof.dmpc_swarm.experiments.experiments import EXPERIMENTS
+from swarmproof.dmpc_swarm.pages.experiments import words as reproduce_words
+from swarmproof.dmpc_swarm.pages.experiments.page import put_reproduction
+from swarmproof.dmpc_swarm.pages.flight import page as flight_page
 from swarmproof.errors import BadInput
 from swarmproof.exit_codes import ExitCode
 from swarmproof.output import ReportFolder, deliver, publish, reserve_file, reserve_report, write_json
-from swarmproof.pages.experiments import words as reproduce_words
-from swarmproof.pages.experiments.page import put_reproduction
-from swarmproof.pages.flight import page as flight_page
 
 MOST_PROCESSES = 256
 _COLOURS: dict[Agreement, str] = {

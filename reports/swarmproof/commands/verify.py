@@ -20,7 +20,8 @@ from swarmproof.formats.verdicts import as_json
 from swarmproof.output import deliver, publish, reserve_file, reserve_report, write_json
 from swarmproof.pages.matrix import matrix_json, put_matrix
 from swarmproof.pages.verification import put_result, traces_of
-from swarmproof.systems import load, scope_of
+from swarmproof.system import scope_of
+from swarmproof.systems import load
 
 _COLOURS = {
     Verdict.HOLDS: "green",

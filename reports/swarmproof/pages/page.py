@@ -15,7 +15,8 @@ from swarmproof.claims.reading import Reading
 from swarmproof.claims.verdict import Verdict
 from swarmproof.explore.decide import Decided, Result
 from swarmproof.pages import phrases
-from swarmproof.systems import PACKAGES, Scope, System
+from swarmproof.system import Scope, System
+from swarmproof.systems import PACKAGES
 from swarmproof.trace.replay import Replay
 
 #: The page about one claim's run.

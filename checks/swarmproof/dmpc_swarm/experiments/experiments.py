@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from swarmproof.campaign.experiment import Experiment
 from swarmproof.dmpc_swarm.claims.experiment_names import EXPERIMENT_NAMES
+from swarmproof.dmpc_swarm.experiments.experiment import Experiment
 from swarmproof.dmpc_swarm.experiments.formations import fig3b, fig3c
 from swarmproof.dmpc_swarm.experiments.jams import fig4
 from swarmproof.dmpc_swarm.experiments.loss import loss

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from swarmproof.campaign.experiment import AS_CHOSEN, JITTER, Experiment, Variant, seconds
 from swarmproof.campaign.trial import Cell
 from swarmproof.claims.samples import Label, Observation, Value
 from swarmproof.dmpc_swarm.claims.experiments import FORMATIONS
+from swarmproof.dmpc_swarm.experiments.experiment import AS_CHOSEN, JITTER, Experiment, Variant, seconds
 from swarmproof.dmpc_swarm.experiments.measure import RADII, REACHED, Measured
 
 #: Rounds that each formation has. With one CU and RR some would need 190; with HT 90 are enough.

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from swarmproof.campaign.experiment import AS_CHOSEN, JITTER, METHODS, Experiment, Variant, seconds
 from swarmproof.campaign.trial import Cell
 from swarmproof.claims.samples import Label, Observation, Value
 from swarmproof.dmpc_swarm.claims.experiments import FOR_EVER, TWO_SECONDS
+from swarmproof.dmpc_swarm.experiments.experiment import AS_CHOSEN, JITTER, METHODS, Experiment, Variant, seconds
 from swarmproof.dmpc_swarm.experiments.measure import RADII, Measured
 from swarmproof.scenario.scenario import DEFAULT_HORIZON
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from swarmproof.campaign.experiment import AS_CHOSEN, JITTER, METHODS, Experiment, Variant, seconds
 from swarmproof.campaign.trial import Cell
 from swarmproof.claims.samples import Label, Observation, Value
+from swarmproof.dmpc_swarm.experiments.experiment import AS_CHOSEN, JITTER, METHODS, Experiment, Variant, seconds
 from swarmproof.dmpc_swarm.experiments.measure import RADII, Measured
 
 PERCENT, FEWER_PERCENT, QUICK_PERCENT = range(11), (0, 5, 10), (0, 5, 10)

@@ -13,14 +13,14 @@ from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import partial
 from itertools import product
-from math import inf, prod, sqrt
+from math import inf, prod
 
 import numpy as np
 
+from swarmproof.claims.closest import ClosestApproach
 from swarmproof.dmpc_swarm.claims.flight import (
     FLIGHT_CLAIMS,
     Approach,
-    Dip,
     FlightClaim,
     ObservedFlight,
     references_apart,
@@ -43,6 +43,7 @@ from swarmproof.dmpc_swarm.protocol.network import Reception, cu_receptions, uav
 from swarmproof.errors import BadInput
 from swarmproof.explore.search import NO_LIMITS, Limits
 from swarmproof.monitor.bernstein import at_least, closest
+from swarmproof.monitor.separation import distance_below
 
 #: More receivers and messages have too many receptions to list, more swarms do not fit into memory.
 MOST_UAVS, MOST_CUS, MOST_SWARMS = 4, 3, 300_000
@@ -181,11 +182,11 @@ class _Search:
         self._protocol = [c for c in CLAIMS if c.is_safety and c.applies_to(setting.semantics)]
         flights = [claim for claim in FLIGHT_CLAIMS if claim.id not in ("arrives", "eq-2-actual")]
         self._asked: list[ProtocolClaim | FlightClaim] = [*self._protocol, *flights]
-        self._broken: dict[str, tuple[_Reached, Broken, Approach | Dip | None]] = {}
+        self._broken: dict[str, tuple[_Reached, Broken, Approach | ClosestApproach | None]] = {}
         self._sampled, self._tracked = Smallest(), Smallest()
         self._instances = Instances(self._protocol, setting.scenario.begins_too_close)
         #: the closest approach of references that is too close to d_min to tell, and in how many swarms some moved
-        self._close: Dip | None = None
+        self._close: ClosestApproach | None = None
         self._underway = 0
         #: the claims of which complete rounds had an instance
         self._complete: set[str] = set()
@@ -270,7 +271,11 @@ class _Search:
             self._check_limits(len(following))
 
     def _note(
-        self, claim: str, reached: _Reached, broken: Sequence[Broken], approach: Approach | Dip | None = None
+        self,
+        claim: str,
+        reached: _Reached,
+        broken: Sequence[Broken],
+        approach: Approach | ClosestApproach | None = None,
     ) -> None:
         if not broken:
             return
@@ -290,7 +295,7 @@ class _Search:
             self._underway += sum(underway(reached.state) > 0 for reached in some)
             pieces = np.concatenate([reference_pieces(self._lattice, reached.state) for reached in some])
             found = closest(pieces, second)
-            lower = sqrt(max(found.lower, 0.0)) * unit * (1 - 2.0**-50)
+            lower = distance_below(found.lower, unit)
             self.found.continuous_lower = min(self.found.continuous_lower, lower)
             if found.lower >= limit:
                 continue
@@ -299,7 +304,7 @@ class _Search:
                 decided = at_least(own, crash.square(distance), second)
                 nearest = closest(own, second)
                 where = (reached.state.k * len(own) + nearest.step + nearest.fraction) * step
-                dip = Dip(sqrt(max(nearest.lower, 0.0)) * unit * (1 - 2.0**-50), decided, nearest.pair, where)
+                dip = ClosestApproach(distance_below(nearest.lower, unit), decided, nearest.pair, where)
                 if decided is None:
                     self._close = self._close or dip
                 self._note("eq-2", reached, references_apart(self._whole(dip)), dip)
@@ -350,9 +355,9 @@ class _Search:
             return Decided(claim, PatternVerdict.NOT_APPLICABLE, why, instances=instances)
         return Decided(claim, PatternVerdict.HOLDS, "", instances=instances)
 
-    def _whole(self, references: Dip | None = None) -> ObservedFlight:
+    def _whole(self, references: ClosestApproach | None = None) -> ObservedFlight:
         """Return what is to be said of all flights as one, of which `references` is the closest approach."""
-        far = Dip(self.found.continuous_lower, True, (0, 0), 0.0)
+        far = ClosestApproach(self.found.continuous_lower, True, (0, 0), 0.0)
         nearest = references or self._close or far
         return ObservedFlight(self._lattice.crash.distance, nearest, None, 0.0, 0.0, (), self._underway)
 

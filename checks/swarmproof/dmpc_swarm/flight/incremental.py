@@ -11,7 +11,6 @@ from bisect import bisect_left
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +25,7 @@ from swarmproof.dmpc_swarm.planner.problem import Task
 from swarmproof.dmpc_swarm.protocol.deliver import deliver
 from swarmproof.faults.pattern import Losses, nothing_lost
 from swarmproof.monitor.bernstein import closest, cubics
+from swarmproof.monitor.separation import distance_below
 from swarmproof.motion.lattice import Floats
 from swarmproof.motion.pairs import Scales, turned
 
@@ -222,7 +222,7 @@ class Flights:
         """Return a certified lower bound of the distance of any two UAVs (m), and the step of their approach."""
         found = closest(pieces, second)
         # the last factor makes up for three roundings
-        return sqrt(max(found.lower, 0.0)) * float(self._lattice.crash.unit) * (1 - 2.0**-50), found.step
+        return distance_below(found.lower, float(self._lattice.crash.unit)), found.step
 
     def _promise(self, state: FlightState) -> Promise:
         """Return how close those two UAVs come, on what they follow, that come closest at the samples."""

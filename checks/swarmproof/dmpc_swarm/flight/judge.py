@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from swarmproof.claims.closest import ClosestApproach
 from swarmproof.claims.verdict import Verdict
 from swarmproof.dmpc_swarm.claims.flight import (
     FLIGHT_CLAIMS,
     Approach,
-    Dip,
     FlightClaim,
     ObservedFlight,
     PlannedBy,
@@ -262,7 +262,7 @@ class Judge:
             out = f"All are d_hat_min apart at samples from round {end} on."
         return f"It begins in violation: {self._begins_too_close}. {out}"
 
-    def _references_at(self, dip: Dip) -> Approach | None:
+    def _references_at(self, dip: ClosestApproach) -> Approach | None:
         """Return whose references come so close in `dip`; None if that round is forgotten."""
         k = round_of(self._lattice, dip)
         for flown in self._recent:
@@ -295,7 +295,7 @@ class Judge:
         rounds: int,
         broken: Sequence[Broken],
         approach: Approach | None = None,
-        dip: Dip | None = None,
+        dip: ClosestApproach | None = None,
     ) -> None:
         if not broken:
             return

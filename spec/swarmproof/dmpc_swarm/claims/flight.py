@@ -12,6 +12,7 @@ from fractions import Fraction
 from operator import attrgetter
 from typing import NamedTuple
 
+from swarmproof.claims.closest import ClosestApproach
 from swarmproof.dmpc_swarm.claims.predicates import Broken
 
 
@@ -88,23 +89,6 @@ class ObservedRound:
 
 
 @dataclass(frozen=True, slots=True)
-class Dip:
-    """The closest approach of any two UAVs at any time, where it is, and whether it stays above a distance.
-
-    Attributes:
-        lower: a certified lower bound in m.
-        at_least: whether the distance never falls below that of the claim; None if that could not be decided.
-        uavs: the two UAVs that come closest.
-        time: when, in s.
-    """
-
-    lower: float
-    at_least: bool | None
-    uavs: tuple[int, int]
-    time: float
-
-
-@dataclass(frozen=True, slots=True)
 class ObservedFlight:
     """A flight as a whole.
 
@@ -119,8 +103,8 @@ class ObservedFlight:
     """
 
     d_min: Fraction
-    references: Dip
-    actual: Dip | None
+    references: ClosestApproach
+    actual: ClosestApproach | None
     adopted: float
     patience: float
     late: Sequence[int]
@@ -210,7 +194,7 @@ def too_few_trajectories(seen: ObservedFlight) -> str:
     )
 
 
-def too_close_to_tell(dip_of: Callable[[ObservedFlight], Dip | None]) -> Callable[[ObservedFlight], str]:
+def too_close_to_tell(dip_of: Callable[[ObservedFlight], ClosestApproach | None]) -> Callable[[ObservedFlight], str]:
     """Return what says that the closest approach is too close to d_min for our bounds to decide."""
 
     def why(seen: ObservedFlight) -> str:
@@ -232,7 +216,7 @@ def _apart(approach: Approach | None, d_hat_min: Fraction) -> list[Broken]:
     return [Broken((), i, f"{pair} are {distance:.6g} m apart at {float(approach.time):.3f} s")]
 
 
-def _collides(dip: Dip, d_min: Fraction) -> list[Broken]:
+def _collides(dip: ClosestApproach, d_min: Fraction) -> list[Broken]:
     if dip.at_least is not False:
         return []
     i, j = dip.uavs

@@ -10,9 +10,9 @@ import numpy as np
 
 from swarmproof.dmpc_swarm.flight.judge import Flown
 from swarmproof.dmpc_swarm.flight.log import Log
+from swarmproof.dmpc_swarm.pages.flight.series import target_changes
+from swarmproof.dmpc_swarm.pages.flight.timeline import RED
 from swarmproof.motion.lattice import Floats
-from swarmproof.pages.flight.series import target_changes
-from swarmproof.pages.flight.timeline import RED
 from swarmproof.pages.plot_style import GREY
 from swarmproof.scenario.definition import flying_space
 

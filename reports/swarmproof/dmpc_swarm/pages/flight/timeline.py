@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from swarmproof.dmpc_swarm.flight.log import Log, Outcome
-from swarmproof.dmpc_swarm.planner.outlook import ARRIVED
-from swarmproof.dmpc_swarm.protocol.algorithm1 import CuState
-from swarmproof.motion.lattice import Floats
-from swarmproof.pages.flight.series import (
+from swarmproof.dmpc_swarm.pages.flight.series import (
     Bins,
     distances_to_targets,
     lost_messages,
     states_of_cus,
     target_changes,
 )
+from swarmproof.dmpc_swarm.planner.outlook import ARRIVED
+from swarmproof.dmpc_swarm.protocol.algorithm1 import CuState
+from swarmproof.motion.lattice import Floats
 from swarmproof.pages.plot_style import BLUE, GREY, INK, PALETTE
 
 if TYPE_CHECKING:

@@ -11,8 +11,7 @@ import numpy as np
 from swarmproof.campaign.statistics import proportion_interval
 from swarmproof.claims.samples import Observation
 from swarmproof.dmpc_swarm.claims.experiments import FOR_EVER, HORIZON_S, IGNORING, MLR, PERIOD_S
-from swarmproof.pages import phrases
-from swarmproof.pages.experiments.drawing import (
+from swarmproof.dmpc_swarm.pages.experiments.drawing import (
     COLLISION,
     METHOD_COLOURS,
     Picture,
@@ -22,7 +21,8 @@ from swarmproof.pages.experiments.drawing import (
     say_missing,
     spread,
 )
-from swarmproof.pages.experiments.numbers import D_HAT_MIN, D_MIN, Data, collisions, down, numbers
+from swarmproof.dmpc_swarm.pages.experiments.numbers import D_HAT_MIN, D_MIN, Data, collisions, down, numbers
+from swarmproof.pages import phrases
 from swarmproof.pages.plot_style import ASKED as D_MIN_NAME
 from swarmproof.pages.plot_style import INK
 from swarmproof.pages.plot_style import KEPT as D_HAT_MIN_NAME

@@ -6,16 +6,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from swarmproof.campaign.decide import Agreement, DecidedClaim, decide_variant
-from swarmproof.campaign.experiment import Experiment, Variant
 from swarmproof.campaign.store import Stored
 from swarmproof.campaign.trial import Cell
 from swarmproof.claims.samples import Observation
+from swarmproof.dmpc_swarm.experiments.experiment import Experiment, Variant
+from swarmproof.dmpc_swarm.pages.experiments import words as reproduce_words
+from swarmproof.dmpc_swarm.pages.experiments.numbers import Data
+from swarmproof.dmpc_swarm.pages.experiments.plots import pictures
+from swarmproof.dmpc_swarm.pages.experiments.tables import cells_csv, tables
 from swarmproof.dmpc_swarm.semantics import PAPER
 from swarmproof.output import ReportFolder
-from swarmproof.pages.experiments import words as reproduce_words
-from swarmproof.pages.experiments.numbers import Data
-from swarmproof.pages.experiments.plots import pictures
-from swarmproof.pages.experiments.tables import cells_csv, tables
 from swarmproof.pages.page import template
 
 #: The sign before a verdict, and its style.
@@ -89,7 +89,7 @@ def put_reproduction(folder: ReportFolder, experiment: Experiment, found: Mappin
     for picture in drawn:
         folder.put(picture.name, picture.png)
     for name, source in (("index.html", "reproduce.html.j2"), ("README.md", "reproduce.md.j2")):
-        folder.put(name, template(source).render(**about, pictures=drawn))
+        folder.put(name, template(source, "swarmproof.dmpc_swarm.pages").render(**about, pictures=drawn))
     folder.put("cells.csv", cells_csv(every))
 
 

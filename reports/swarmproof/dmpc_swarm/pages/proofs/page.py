@@ -9,14 +9,14 @@ from markupsafe import Markup
 
 from swarmproof.algebra.grid import Step
 from swarmproof.claims.proof import ProofVerdict, Reading
+from swarmproof.dmpc_swarm.pages.proofs import words as audit_words
+from swarmproof.dmpc_swarm.pages.proofs.plots import SCENES, STYLE, draw_ranges, draw_scene, draw_step
 from swarmproof.dmpc_swarm.pair_table import UNDER_20, CellAudit
 from swarmproof.dmpc_swarm.proofs import samples
 from swarmproof.dmpc_swarm.proofs.terms.cells import ROLES, Role
 from swarmproof.dmpc_swarm.semantics import PAPER
 from swarmproof.pages import phrases
 from swarmproof.pages.page import template
-from swarmproof.pages.proofs import words as audit_words
-from swarmproof.pages.proofs.plots import SCENES, STYLE, draw_ranges, draw_scene, draw_step
 from swarmproof.prove.decide import Answer, Audited
 from swarmproof.prove.evidence import Vectors
 from swarmproof.prove.steps import Covered, Line
@@ -69,7 +69,7 @@ def audit_page(audited: Sequence[Audited], pairs: Sequence[CellAudit]) -> str:
         by_id.setdefault(each.claim.id, []).append(ReadingView(each, _groups(each.answers), _strips(each)))
     printed = [each for each in audited if each.claim.reading is Reading.PRINTED]
     stepped = any(isinstance(answer.asked, Step) for each in audited for answer in each.answers)
-    return template("audit.html.j2").render(
+    return template("audit.html.j2", "swarmproof.dmpc_swarm.pages").render(
         paper=PAPER,
         headline=_headline(audited),
         printed=len(printed),

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from swarmproof.campaign.statistics import median_interval, proportion_interval
 from swarmproof.claims.samples import Label
-from swarmproof.pages.experiments.drawing import (
+from swarmproof.dmpc_swarm.pages.experiments.drawing import (
     COLLISION,
     METHOD_COLOURS,
     Picture,
@@ -20,7 +20,7 @@ from swarmproof.pages.experiments.drawing import (
     spread,
     with_interval,
 )
-from swarmproof.pages.experiments.numbers import D_HAT_MIN, D_MIN, METHODS, Data, collisions, numbers
+from swarmproof.dmpc_swarm.pages.experiments.numbers import D_HAT_MIN, D_MIN, METHODS, Data, collisions, numbers
 from swarmproof.pages.plot_style import ASKED, GREY, KEPT
 
 if TYPE_CHECKING:

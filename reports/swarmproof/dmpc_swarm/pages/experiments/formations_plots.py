@@ -11,7 +11,7 @@ import numpy as np
 
 from swarmproof.dmpc_swarm.claims.experiments import FORMATIONS, PERIOD_S
 from swarmproof.dmpc_swarm.experiments.measure import RADII, REACHED, Leg
-from swarmproof.pages.experiments.drawing import (
+from swarmproof.dmpc_swarm.pages.experiments.drawing import (
     CUS_COLOURS,
     TRIGGER_COLOURS,
     Picture,
@@ -22,7 +22,7 @@ from swarmproof.pages.experiments.drawing import (
     spread,
     with_interval,
 )
-from swarmproof.pages.experiments.numbers import TRIGGERS, Data, cus
+from swarmproof.dmpc_swarm.pages.experiments.numbers import TRIGGERS, Data, cus
 from swarmproof.pages.plot_style import GREY, INK
 
 if TYPE_CHECKING:

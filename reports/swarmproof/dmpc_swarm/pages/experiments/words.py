@@ -8,11 +8,11 @@ from dataclasses import fields
 from math import isfinite
 
 from swarmproof.campaign.decide import Agreement, DecidedClaim
-from swarmproof.campaign.experiment import Experiment
 from swarmproof.campaign.provenance import made_by
 from swarmproof.campaign.store import Store, Stored
 from swarmproof.campaign.trial import Cell
 from swarmproof.claims.samples import Never
+from swarmproof.dmpc_swarm.experiments.experiment import Experiment
 from swarmproof.dmpc_swarm.experiments.measure import RADII, REACHED, Measured
 
 FORMAT = "swarmproof.reproduction/1"

@@ -10,9 +10,9 @@ from swarmproof.dmpc_swarm.flight.exhaustive import Decided, Exhaustive
 from swarmproof.dmpc_swarm.flight.judge import Counts, Flown, Judged
 from swarmproof.dmpc_swarm.flight.places import Place
 from swarmproof.dmpc_swarm.flight.run import Setting
+from swarmproof.dmpc_swarm.pages.flight import facts as flight_facts
+from swarmproof.dmpc_swarm.pages.flight.bounds import bounds_document, bounds_in_words
 from swarmproof.pages import defaults
-from swarmproof.pages.flight import facts as flight_facts
-from swarmproof.pages.flight.bounds import bounds_document, bounds_in_words
 from swarmproof.scenario.scenario import EXACT
 from swarmproof.theorem3.numbers import exact_text
 

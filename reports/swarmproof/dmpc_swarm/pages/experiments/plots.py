@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from swarmproof.pages.experiments.drawing import Picture
-from swarmproof.pages.experiments.formations_plots import fig3b_pictures, fig3c_pictures
-from swarmproof.pages.experiments.jam_plots import fig4_pictures
-from swarmproof.pages.experiments.loss_plots import loss_pictures
-from swarmproof.pages.experiments.numbers import Data
+from swarmproof.dmpc_swarm.pages.experiments.drawing import Picture
+from swarmproof.dmpc_swarm.pages.experiments.formations_plots import fig3b_pictures, fig3c_pictures
+from swarmproof.dmpc_swarm.pages.experiments.jam_plots import fig4_pictures
+from swarmproof.dmpc_swarm.pages.experiments.loss_plots import loss_pictures
+from swarmproof.dmpc_swarm.pages.experiments.numbers import Data
 
 _PICTURES: Mapping[str, Callable[[Data], list[Picture]]] = {
     "fig3b": fig3b_pictures,

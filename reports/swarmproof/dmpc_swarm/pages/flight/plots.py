@@ -12,11 +12,11 @@ from swarmproof.claims.verdict import Verdict
 from swarmproof.dmpc_swarm.claims.flight import FlightClaim
 from swarmproof.dmpc_swarm.flight.judge import Flown
 from swarmproof.dmpc_swarm.flight.log import Log
+from swarmproof.dmpc_swarm.pages.flight.paths import Scene, draw_paths
+from swarmproof.dmpc_swarm.pages.flight.separation import down_text, draw_separation, shows_dip
+from swarmproof.dmpc_swarm.pages.flight.series import Band, Bins, jumps, one_scale
+from swarmproof.dmpc_swarm.pages.flight.timeline import draw_timeline, height
 from swarmproof.errors import BadInput
-from swarmproof.pages.flight.paths import Scene, draw_paths
-from swarmproof.pages.flight.separation import down_text, draw_separation, shows_dip
-from swarmproof.pages.flight.series import Band, Bins, jumps, one_scale
-from swarmproof.pages.flight.timeline import draw_timeline, height
 from swarmproof.pages.plot_style import SETTINGS
 
 if TYPE_CHECKING:

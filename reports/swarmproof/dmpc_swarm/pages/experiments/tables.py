@@ -10,7 +10,7 @@ from statistics import median
 
 from swarmproof.claims.samples import Observation, runs
 from swarmproof.dmpc_swarm.claims.experiments import FOR_EVER, FORMATIONS, IGNORING, MLR, PERIOD_S
-from swarmproof.pages.experiments.numbers import (
+from swarmproof.dmpc_swarm.pages.experiments.numbers import (
     METHODS,
     TRIGGERS,
     Data,

@@ -10,9 +10,9 @@ from typing import Any
 
 from swarmproof.dmpc_swarm.flight.positions import PlanRow, Positions
 from swarmproof.dmpc_swarm.flight.run import Setting
+from swarmproof.dmpc_swarm.pages.flight.bounds import bounds_document
 from swarmproof.errors import BadInput
 from swarmproof.files.writing import write
-from swarmproof.pages.flight.bounds import bounds_document
 from swarmproof.scenario.digest import digest
 
 SCHEMA = "swarmproof.positions/1"

@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from swarmproof.campaign.experiment import Experiment, Variant
 from swarmproof.campaign.statistics import median_interval, proportion_interval
 from swarmproof.campaign.store import Stored
 from swarmproof.campaign.trial import Cell
 from swarmproof.claims.samples import Label, Observation
 from swarmproof.dmpc_swarm.claims.experiments import FORMATIONS, IGNORING, MLR, PRINTED
+from swarmproof.dmpc_swarm.experiments.experiment import Experiment, Variant
 from swarmproof.dmpc_swarm.experiments.measure import Leg
 from swarmproof.pages import phrases
 from swarmproof.pages.plot_style import decimal_text

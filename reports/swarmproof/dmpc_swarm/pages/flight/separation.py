@@ -9,9 +9,9 @@ import numpy as np
 
 from swarmproof.dmpc_swarm.flight.judge import Flown
 from swarmproof.dmpc_swarm.flight.log import Log
+from swarmproof.dmpc_swarm.pages.flight.series import Band, Bins, one_scale, pair_distance, sampled_separation
+from swarmproof.dmpc_swarm.pages.flight.timeline import RED
 from swarmproof.motion.lattice import Floats
-from swarmproof.pages.flight.series import Band, Bins, one_scale, pair_distance, sampled_separation
-from swarmproof.pages.flight.timeline import RED
 from swarmproof.pages.plot_style import ASKED, BLUE, GREY, INK, KEPT, ORANGE, decimal_text
 
 if TYPE_CHECKING:

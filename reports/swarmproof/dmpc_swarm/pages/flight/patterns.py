@@ -6,10 +6,10 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from swarmproof.dmpc_swarm.flight.exhaustive import Exhaustive, PatternVerdict
 from swarmproof.dmpc_swarm.flight.run import Setting
+from swarmproof.dmpc_swarm.pages.flight import words as flight_words
 from swarmproof.faults.pattern import lost_in
 from swarmproof.faults.script import script_text
 from swarmproof.output import ReportFolder
-from swarmproof.pages.flight import words as flight_words
 
 _TAGS = {
     PatternVerdict.HOLDS: "good",

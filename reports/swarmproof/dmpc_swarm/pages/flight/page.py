@@ -15,12 +15,12 @@ from swarmproof.dmpc_swarm.flight.judge import Flown
 from swarmproof.dmpc_swarm.flight.log import Log, Outcome
 from swarmproof.dmpc_swarm.flight.run import Setting
 from swarmproof.dmpc_swarm.pages import names
+from swarmproof.dmpc_swarm.pages.flight import facts as flight_facts
+from swarmproof.dmpc_swarm.pages.flight import words as flight_words
+from swarmproof.dmpc_swarm.pages.flight.plots import Picture, check_available, pictures
 from swarmproof.dmpc_swarm.protocol.algorithm1 import CuState
 from swarmproof.dmpc_swarm.semantics import PAPER
 from swarmproof.output import ReportFolder
-from swarmproof.pages.flight import facts as flight_facts
-from swarmproof.pages.flight import words as flight_words
-from swarmproof.pages.flight.plots import Picture, check_available, pictures
 from swarmproof.pages.page import template
 
 __all__ = ["check_available", "put_flight"]
@@ -81,7 +81,7 @@ def flight_page(
     """Return the page, with the pictures `drawn` in it."""
     chains = _chains(flown)
     failed = [attempt for logged in log.rounds for attempt in logged.replanned if attempt.why]
-    return template("flight.html.j2").render(
+    return template("flight.html.j2", "swarmproof.dmpc_swarm.pages").render(
         paper=PAPER,
         headline=flight_words.headline(setting, flown),
         figures=flight_words.summary(setting, flown),
