@@ -21,7 +21,7 @@ MAY_IMPORT = {
     "reports": {"spec", "model", "checks", "reports"},
 }
 MOST_LINES = 450
-#: Modules that are no paper's and import one all the same: flights and experiments of one paper only, so far. It shrinks.
+#: Modules of no paper that import one all the same: of flights and experiments there is one paper only, so far.
 NOT_YET = {
     "checks/campaign/decide.py",
     "checks/campaign/store.py",
@@ -180,7 +180,7 @@ def test_imports_go_one_way() -> None:
 
 
 def test_engines_import_no_paper() -> None:
-    """Whatever is outside of a paper's package imports no paper, but for the modules that are listed as not yet done."""
+    """Whatever is outside of a paper's package imports no paper, but for the modules of the list above."""
     assert papers(REPOSITORY) == set(PACKAGES.values())
     assert set(paper_imports(REPOSITORY)) == NOT_YET
 
