@@ -6,10 +6,12 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import cache
 from html import unescape
 from html.parser import HTMLParser
 
 import pytest
+from tests.audit.filed import audited
 
 from swarmproof.algebra.grid import Range, Step, Time
 from swarmproof.claims.proof import ProofVerdict, Reading
@@ -18,17 +20,24 @@ from swarmproof.dmpc_swarm.pages.proofs.page import audit_page
 from swarmproof.dmpc_swarm.pages.proofs.plots import SCENES, draw_ranges, draw_scene, draw_step
 from swarmproof.dmpc_swarm.pages.proofs.words import shown
 from swarmproof.dmpc_swarm.pair_table import CellAudit, audit_cells
-from swarmproof.dmpc_swarm.proofs.registry import PROOF_CLAIMS, select_proof_claims
+from swarmproof.dmpc_swarm.proofs.registry import select_proof_claims
 from swarmproof.dmpc_swarm.proofs.samples import eq_20, planes, repaired_20, rest
 from swarmproof.dmpc_swarm.proofs.terms.cells import ROLES, cells
-from swarmproof.prove.decide import Audited
 from swarmproof.prove.evidence import Vectors
 from swarmproof.prove.script import script
 from swarmproof.prove.steps import Covered, decide_step
 
-AUDITED: Sequence[Audited] = audit(PROOF_CLAIMS)
-PAIRS: Sequence[CellAudit] = audit_cells()
-PAGE = audit_page(AUDITED, PAIRS)
+
+@cache
+def pairs() -> Sequence[CellAudit]:
+    """Return the table of pairs: audited once, and only if a test asks."""
+    return audit_cells()
+
+
+@cache
+def page_of_all() -> str:
+    """Return the page about all claims."""
+    return audit_page(audited(), pairs())
 
 
 class _Reader(HTMLParser):
@@ -71,31 +80,31 @@ def read(page: str) -> _Reader:
 
 def test_the_page_is_one_file() -> None:
     """Nothing is fetched or run: all links stay on the page and lead somewhere, and there are no scripts."""
-    reader = read(PAGE)
+    reader = read(page_of_all())
     assert all(link.startswith("#") for link in reader.links)
     assert {link[1:] for link in reader.links} <= set(reader.ids)
     assert len(reader.ids) == len(set(reader.ids))
     assert not reader.tags & {"script", "link", "img", "iframe", "object"}
-    assert not re.search(r"https?:|url\(|@import", PAGE)
+    assert not re.search(r"https?:|url\(|@import", page_of_all())
 
 
 def test_every_claim_is_on_the_page() -> None:
     """Each claim has its wording, place, assumptions, finding and every question's evidence."""
-    text = "".join(read(PAGE).text)
-    for each in AUDITED:
+    text = "".join(read(page_of_all()).text)
+    for each in audited():
         claim = each.claim
         for part in (claim.wording, claim.place, claim.assumptions, claim.finding, *claim.questions):
             assert part in text, (claim.key, part)
         assert all(shown(answer) in text for answer in each.answers)
-        assert f'id="{claim.key}"' in PAGE
+        assert f'id="{claim.key}"' in page_of_all()
 
 
 def test_every_counterexample_is_on_the_page_with_its_script() -> None:
     """What is false can be checked by what is on the page."""
-    text = "".join(read(PAGE).text)
+    text = "".join(read(page_of_all()).text)
     scripts = [
         script(answer.asked, answer.evidence)
-        for each in AUDITED
+        for each in audited()
         for answer in each.answers
         if answer.verdict is ProofVerdict.FALSE and answer.evidence is not None
     ]
@@ -105,10 +114,10 @@ def test_every_counterexample_is_on_the_page_with_its_script() -> None:
 
 def test_every_cell_is_on_the_page() -> None:
     """Each of the 21 pairs has a cell in its row and column, with its lemma and verdict in words, and a detail."""
-    table = PAGE[PAGE.index('<table class="pairs">') : PAGE.index("</table>")]
+    table = page_of_all()[page_of_all().index('<table class="pairs">') : page_of_all().index("</table>")]
     rows = re.findall(r"<tr>(.*?)</tr>", table, re.DOTALL)[1:]
     assert [re.findall(r"<th>(.*?)</th>", row) for row in rows] == [[role.id] for role in ROLES]
-    of = {each.cell: each for each in PAIRS}
+    of = {each.cell: each for each in pairs()}
     seen = 0
     for i, row in zip(ROLES, rows, strict=True):
         for j, cell in zip(ROLES, re.findall(r"<td.*?</td>", row, re.DOTALL), strict=True):
@@ -124,20 +133,20 @@ def test_every_cell_is_on_the_page() -> None:
 
 def test_verdicts_are_seen_without_colour() -> None:
     """Each verdict has a sign and a word of its own."""
-    tags = set(re.findall(r'<span class="tag \w+">([^<]*)</span>', PAGE))
+    tags = set(re.findall(r'<span class="tag \w+">([^<]*)</span>', page_of_all()))
     assert {"✓ proved", "✗ false", "◐ true under (20)", "? not decided"} <= tags
-    assert "Every verdict is the one on record" in PAGE
-    printed = [each for each in AUDITED if each.claim.reading is Reading.PRINTED]
+    assert "Every verdict is the one on record" in page_of_all()
+    printed = [each for each in audited() if each.claim.reading is Reading.PRINTED]
     refuted = [each for each in printed if each.verdict is ProofVerdict.FALSE]
-    assert f"✗ {len(refuted)} of the {len(printed)} claims shown here are false as printed" in PAGE
-    assert 'class="box good"' not in PAGE
+    assert f"✗ {len(refuted)} of the {len(printed)} claims shown here are false as printed" in page_of_all()
+    assert 'class="box good"' not in page_of_all()
     proved = [each for each in printed if each not in refuted]
     assert 'class="box good"' in audit_page(proved, [])
 
 
 def test_a_verdict_that_is_not_on_record_is_an_alarm() -> None:
     """A changed verdict is named at the top and at its claim."""
-    changed = replace(AUDITED[0], claim=replace(AUDITED[0].claim, verdict=ProofVerdict.FALSE))
+    changed = replace(audited()[0], claim=replace(audited()[0].claim, verdict=ProofVerdict.FALSE))
     page = audit_page([changed], [])
     assert f"✗ {changed.claim.key}: not the verdict on record" in page
     assert "on record: false" in page
@@ -145,9 +154,9 @@ def test_a_verdict_that_is_not_on_record_is_an_alarm() -> None:
 
 def test_what_is_not_decided_says_why() -> None:
     """A question whose evidence does not check is shown as not decided, with the reason."""
-    asked = AUDITED[0].answers[0]
+    asked = audited()[0].answers[0]
     undecided = replace(asked, verdict=ProofVerdict.UNDECIDED, evidence=None, why="there is no proof")
-    page = audit_page([replace(AUDITED[0], verdict=ProofVerdict.UNDECIDED, answers=(undecided,))], [])
+    page = audit_page([replace(audited()[0], verdict=ProofVerdict.UNDECIDED, answers=(undecided,))], [])
     assert "? not decided" in page
     assert "there is no proof" in page
 
@@ -165,9 +174,9 @@ def test_part_of_the_claims_is_a_page_too() -> None:
 def test_what_is_written_is_escaped() -> None:
     """Names and words with signs of HTML are shown, not obeyed."""
     evil = "<script>alert('&')</script>"
-    claim = replace(AUDITED[0].claim, wording=evil, finding=evil, questions={evil: AUDITED[0].answers[0].asked})
-    answers = (replace(AUDITED[0].answers[0], question=evil),)
-    page = audit_page([replace(AUDITED[0], claim=claim, answers=answers)], [])
+    claim = replace(audited()[0].claim, wording=evil, finding=evil, questions={evil: audited()[0].answers[0].asked})
+    answers = (replace(audited()[0].answers[0], question=evil),)
+    page = audit_page([replace(audited()[0], claim=claim, answers=answers)], [])
     assert "<script>" not in page
     assert "".join(read(page).text).count(evil) == 3
     step = Step((Range(evil, Time(0), Time(1)),), Range(evil, Time(0), Time(1)), None)
@@ -178,13 +187,13 @@ def test_what_is_written_is_escaped() -> None:
 
 def test_pictures_of_counterexamples_are_those_on_file() -> None:
     """Each picture is of a false question of a claim, and says how close the two UAVs come."""
-    answers = {(each.claim.key, one.question): one for each in AUDITED for one in each.answers}
+    answers = {(each.claim.key, one.question): one for each in audited() for one in each.answers}
     distances = {}
     for place, scene in SCENES.items():
         evidence = answers[place].evidence
         assert isinstance(evidence, Vectors)
         drawn = draw_scene(scene, evidence.values)
-        assert drawn in PAGE
+        assert drawn in page_of_all()
         (distances[place[1]],) = re.findall(r">\w new and \w \w+ are (.*?) d̂_min apart<", drawn)
     assert distances["j is in A_ET(k)"] == "3/4"
     assert set(distances.values()) == {"3/4", "0"}
@@ -244,7 +253,7 @@ def test_ranges_are_the_samples_of_their_equations() -> None:
 
 def test_the_printed_chain_has_gaps_and_the_repaired_one_has_none() -> None:
     """The two pictures of all equations show what the audit of the sample grid decides."""
-    printed, repaired = (part for part in PAGE.split("<svg") if "Samples of each equation" in part)
+    printed, repaired = (part for part in page_of_all().split("<svg") if "Samples of each equation" in part)
     assert {int(n) for found in re.findall(r"not covered: ([\d, ]+)", printed) for n in re.findall(r"\d+", found)} == {
         *(8,),  # (13f) from (20)
         *(1,),  # (18) from (20)

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from tests.audit.filed import audited
 
 from swarmproof.algebra.grid import Step
 from swarmproof.claims.proof import ProofClaim, ProofVerdict, Reading
-from swarmproof.dmpc_swarm.evidence.book import EVIDENCE, audit
+from swarmproof.dmpc_swarm.evidence.book import EVIDENCE
 from swarmproof.dmpc_swarm.proofs.registry import PROOF_CLAIMS, select_proof_claims
 from swarmproof.errors import BadInput
 from swarmproof.prove.decide import decide
@@ -94,4 +95,4 @@ def test_claims_are_selected_by_id_and_by_key() -> None:
 
 def test_all_claims_are_audited() -> None:
     """An audit has one entry for each claim, in order."""
-    assert [audited.claim for audited in audit(PROOF_CLAIMS)] == list(PROOF_CLAIMS)
+    assert [each.claim for each in audited()] == list(PROOF_CLAIMS)

@@ -6,12 +6,11 @@ from dataclasses import replace
 from functools import cache
 
 import pytest
+from tests.audit.filed import FILED, answers
 
 from swarmproof.algebra.polynomial import constant, position, variable
 from swarmproof.algebra.statement import Sign, Solvable, Statement, above, at_least, equal
 from swarmproof.claims.proof import ProofVerdict
-from swarmproof.dmpc_swarm.evidence.book import audit
-from swarmproof.dmpc_swarm.proofs.registry import PROOF_CLAIMS
 from swarmproof.dmpc_swarm.proofs.terms.separation import I_NEW, OF_I, D, both_new, one_new
 from swarmproof.prove.decide import answer
 from swarmproof.prove.evidence import Candidate, Unsolvable, Vectors
@@ -44,9 +43,8 @@ NOT_WITHOUT_CHOICE = {
 FURTHER = 10
 NOTHING = at_least("nothing", 0)
 
-ANSWERS = {f"{each.claim.key}: {one.question}": one for each in audit(PROOF_CLAIMS) for one in each.answers}
-STATEMENTS = {name: each for name, each in ANSWERS.items() if isinstance(each.asked, Statement)}
-PROBLEMS = {name: each for name, each in ANSWERS.items() if isinstance(each.asked, Solvable)}
+STATEMENTS = {name: each for name, each in FILED.items() if isinstance(each.asked, Statement)}
+PROBLEMS = {name: each for name, each in FILED.items() if isinstance(each.asked, Solvable)}
 
 # many claims ask the same question
 refuted = cache(z3_oracle.refuted)
@@ -56,7 +54,7 @@ contradictory = cache(z3_oracle.contradictory)
 @pytest.mark.parametrize("name", STATEMENTS)
 def test_z3_decides_statements_alike(name: str) -> None:
     """What is proved has no counterexample, and of what is false z3 finds one without being told."""
-    asked, verdict = STATEMENTS[name].asked, STATEMENTS[name].verdict
+    asked, verdict = STATEMENTS[name].asked, answers()[name].verdict
     assert isinstance(asked, Statement)
     found = refuted(asked)
     if found == "unknown":
@@ -75,7 +73,7 @@ def test_hypotheses_can_be_met(name: str) -> None:
     assert contradictory(asked) == "sat"
 
 
-@pytest.mark.parametrize("name", [name for name, each in PROBLEMS.items() if each.verdict is PROVED])
+@pytest.mark.parametrize("name", [name for name, each in PROBLEMS.items() if not each.refutes])
 def test_what_problems_assume_can_be_met(name: str) -> None:
     """No problem always has a solution for the reason alone that it is never posed."""
     asked = PROBLEMS[name].asked
@@ -83,7 +81,7 @@ def test_what_problems_assume_can_be_met(name: str) -> None:
     assert contradictory(Statement(asked.hypotheses, NOTHING)) == "sat"
 
 
-@pytest.mark.parametrize("name", [name for name, each in PROBLEMS.items() if each.verdict is FALSE])
+@pytest.mark.parametrize("name", [name for name, each in PROBLEMS.items() if each.refutes])
 def test_z3_finds_problems_without_a_solution(name: str) -> None:
     """Of a problem that has not always a solution, z3 finds numbers without being told."""
     asked = PROBLEMS[name].asked
@@ -91,7 +89,7 @@ def test_z3_finds_problems_without_a_solution(name: str) -> None:
     assert z3_oracle.insoluble(asked) == "sat"
 
 
-@pytest.mark.parametrize("name", [name for name, each in PROBLEMS.items() if each.verdict is PROVED])
+@pytest.mark.parametrize("name", [name for name, each in PROBLEMS.items() if not each.refutes])
 def test_z3_confirms_choices(name: str) -> None:
     """With the choice on file, z3 finds each constraint of a problem true.
 
@@ -111,11 +109,7 @@ def test_z3_confirms_choices(name: str) -> None:
 @pytest.mark.deep
 @pytest.mark.parametrize(
     "name",
-    [
-        name
-        for name, each in PROBLEMS.items()
-        if each.verdict is PROVED and name.partition(": ")[0] not in NOT_WITHOUT_CHOICE
-    ],
+    [name for name, each in PROBLEMS.items() if not each.refutes and name.partition(": ")[0] not in NOT_WITHOUT_CHOICE],
 )
 def test_z3_decides_problems_alike(name: str) -> None:
     """What always has a solution has one for z3, which is told nothing."""
@@ -124,20 +118,20 @@ def test_z3_decides_problems_alike(name: str) -> None:
     assert z3_oracle.insoluble(asked, FURTHER * z3_oracle.EFFORT) == "unsat"
 
 
-@pytest.mark.parametrize("name", [name for name, each in ANSWERS.items() if isinstance(each.evidence, Vectors)])
+@pytest.mark.parametrize("name", [name for name, each in FILED.items() if isinstance(each.evidence, Vectors)])
 def test_z3_agrees_with_the_numbers(name: str) -> None:
     """By z3's arithmetic, each counterexample satisfies all hypotheses and not the conclusion."""
-    asked, evidence = ANSWERS[name].asked, ANSWERS[name].evidence
+    asked, evidence = FILED[name].asked, FILED[name].evidence
     assert isinstance(asked, Statement)
     assert isinstance(evidence, Vectors)
     assert all(z3_oracle.true_at(hypothesis, evidence.values) for hypothesis in asked.hypotheses)
     assert not z3_oracle.true_at(asked.conclusion, evidence.values)
 
 
-@pytest.mark.parametrize("name", [name for name, each in ANSWERS.items() if isinstance(each.evidence, Unsolvable)])
+@pytest.mark.parametrize("name", [name for name, each in FILED.items() if isinstance(each.evidence, Unsolvable)])
 def test_z3_finds_no_solution(name: str) -> None:
     """With the numbers on file, z3 finds no solution either; it reads no multipliers."""
-    asked, evidence = ANSWERS[name].asked, ANSWERS[name].evidence
+    asked, evidence = FILED[name].asked, FILED[name].evidence
     assert isinstance(asked, Solvable)
     assert isinstance(evidence, Unsolvable)
     assert all(z3_oracle.true_at(hypothesis, evidence.values) for hypothesis in asked.hypotheses)
@@ -146,7 +140,7 @@ def test_z3_finds_no_solution(name: str) -> None:
 
 def test_what_is_given_up_is_a_question() -> None:
     """No name is left over among the exceptions."""
-    assert ANSWERS.keys() >= GIVEN_UP
+    assert FILED.keys() >= GIVEN_UP
     assert {name.partition(": ")[0] for name in PROBLEMS} >= NOT_WITHOUT_CHOICE
 
 
