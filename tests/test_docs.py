@@ -7,7 +7,7 @@ import shlex
 from pathlib import Path
 
 import pytest
-from tests.verdict_table import render
+from tests.dmpc_swarm.verdict_table import render
 
 from swarmproof.cli import main
 from swarmproof.dmpc_swarm.semantics import PRESETS, SWITCHES
@@ -19,7 +19,7 @@ DOCUMENTS = [ROOT / name for name in ("README.md", "ARCHITECTURE.md", "CHANGELOG
 
 
 def test_verdict_table_is_the_recorded_one() -> None:
-    """The verdicts in docs/semantics.md are those of the matrix (`python tests/verdict_table.py` prints them)."""
+    """The verdicts in docs/semantics.md are those of the matrix (`tests/dmpc_swarm/verdict_table.py` prints them)."""
     assert render() in (ROOT / "docs/semantics.md").read_text()
 
 

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import pytest
 from tests.hostile.processes import MARK, PROGRAM, environment, left_of, started
-from tests.test_pages import Page
+from tests.pages.test_pages import Page
 
 from swarmproof.exit_codes import ExitCode
 from swarmproof.output import LISTED
@@ -32,7 +32,7 @@ import swarmproof.__main__  # which makes signals those of the program
 from swarmproof.cli import main
 from swarmproof.commands import reproduce as command
 from swarmproof.campaign import decide
-from tests.reproduce.test_command import CLAIMS, observing, small
+from tests.commands.test_reproduce import CLAIMS, observing, small
 if __name__ == "__main__":
     command.EXPERIMENTS = {"fig4": small(observing())}
     decide.claims_of = lambda name: CLAIMS

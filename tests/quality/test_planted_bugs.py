@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from tests.bruteforce import plain_search
+from tests.dmpc_swarm.bruteforce import plain_search
 from tests.quality.bugs import BASE_STATES, BASE_STATES_ROUND_ROBIN, CAUGHT, HARMLESS, NAMED, Bug, Caught, NamedBug
 from tests.quality.planting import Edit, plant
 

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from functools import partial
 
 import pytest
-from tests import test_recovery, test_watch
-from tests.flight import test_accept_rounding, test_separation
+from tests.dmpc_swarm.planner import test_accept_rounding
+from tests.explore import test_recovery
 from tests.margin import test_check_planes
+from tests.monitor import test_separation, test_watch
 from tests.quality.planting import Edit, plant
 
 from swarmproof.dmpc_swarm import rounds

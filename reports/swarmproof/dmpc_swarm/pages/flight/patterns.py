@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
 from swarmproof.dmpc_swarm.flight.exhaustive import Exhaustive, PatternVerdict
 from swarmproof.dmpc_swarm.flight.run import Setting
 from swarmproof.dmpc_swarm.pages.flight import words as flight_words
 from swarmproof.faults.pattern import lost_in
 from swarmproof.faults.script import script_text
 from swarmproof.output import ReportFolder
+from swarmproof.pages.page import template
 
 _TAGS = {
     PatternVerdict.HOLDS: "good",
@@ -25,9 +24,7 @@ def put_patterns(folder: ReportFolder, setting: Setting, rounds: int, found: Exh
         if decided.verdict is PatternVerdict.VIOLATED:
             losses = [lost_in(flown.at_cus, flown.at_uavs) for flown in decided.cause]
             folder.put(f"{decided.claim.id}.losses.json", script_text(losses, setting.scenario.uavs, setting.cus))
-    loader = PackageLoader("swarmproof.pages", "templates")
-    environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
-    page = environment.get_template("flight_patterns.html.j2").render(
+    page = template("flight_patterns.html.j2", "swarmproof.dmpc_swarm.pages").render(
         headline=flight_words.patterns_headline(setting, rounds, found),
         violated=found.violated,
         stopped=found.stopped,
