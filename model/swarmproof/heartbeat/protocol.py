@@ -78,6 +78,6 @@ class Heartbeat(Broadcast[Uav, int]):
         if self.semantics.leads == "timeout":
             silent = [f"UAV {j} for {rounds}" for j, rounds in enumerate(node.silence) if rounds]
             return f"{leads}; rounds of silence: {', '.join(silent) or 'none'}"
-        waits = "" if node.bound == PATIENCE else f", given for {node.bound} more rounds"
+        waits = "" if node.bound == PATIENCE else f" (rounds until it may change: {node.bound})"
         held = [f"UAV {j} for {left}" for j, left in enumerate(node.held) if left]
         return f"{leads}; its vote: UAV {node.vote}{waits}; rounds of votes held: {', '.join(held) or 'none'}"

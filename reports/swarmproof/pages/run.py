@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from swarmproof.claims.claim import Recovers
 from swarmproof.explore.decide import Decided, Result
 from swarmproof.pages import phrases
 from swarmproof.pages.page import about_scope, length, minimal, template
@@ -58,10 +59,20 @@ def shown(replayed: Replay) -> list[str]:
     if loop is not None:
         return [
             f"Nothing is lost from round {loop} on, but {phrases.rounds(loop, last - 1)} can repeat for ever: in round "
-            f"{last} the system behaves as in round {loop}."
+            f"{last} the system behaves as in round {loop}. {_unsettled(replayed, loop, last)}"
         ]
     broken = rounds_of(replayed)[-1].broken
     return [f"In round {last}, {one}." for one in broken] or [f"It is reached in round {last}."]
+
+
+def _unsettled(replayed: Replay, loop: int, last: int) -> str:
+    """Return in which rounds of a loop the goal is false, as a sentence."""
+    claim = replayed.claim
+    assert claim is not None
+    assert isinstance(claim.question, Recovers)
+    rounds = [str(k) for k in range(loop, last) if not claim.question.goal(replayed.observed(k))]
+    noun = "round" if len(rounds) == 1 else "rounds"
+    return f"In {noun} {phrases.listing(rounds)} of this loop, {claim.question.unsettled}."
 
 
 def counterexample_page(decided: Decided, replayed: Replay, result: Result) -> str:
