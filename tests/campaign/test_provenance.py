@@ -152,6 +152,19 @@ def test_words_do_not_change_it(name: str, edit: Callable[[Path, str, str], str]
     assert edit(*WORDS[name]) == ours()
 
 
+def test_results_of_code_that_was_only_moved_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A result counts if this code made it, or earlier code with the same numbers; with the same libraries only."""
+    earlier = {**made_by(), "swarmproof": "0123456789abcdef"}
+    assert module.counts(made_by())
+    assert not module.counts(earlier)
+    monkeypatch.setattr(module, "SAME_NUMBERS", {ours(): ("0123456789abcdef",)})
+    assert module.counts(earlier)
+    assert not module.counts({**earlier, "numpy": "1.0"})
+    assert not module.counts({**earlier, "more": "1"})
+    monkeypatch.setattr(module, "SAME_NUMBERS", {"another": ("0123456789abcdef",)})
+    assert not module.counts(earlier)
+
+
 def test_where_ours_is_found_does_not_count(tmp_path: Path) -> None:
     """A module is the same if what it imports of ours has moved; not if it imports something else by that name."""
     path = tmp_path / "one.py"

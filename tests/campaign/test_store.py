@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 
+from swarmproof.campaign import provenance
 from swarmproof.campaign import store as module
 from swarmproof.campaign.provenance import made_by
 from swarmproof.campaign.store import FORMAT, Store, Stored
@@ -223,7 +224,7 @@ def test_another_cells_file_is_missing(store: Store) -> None:
 def test_other_code_finds_nothing(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     """After a change of the code all results are outdated, and after it is taken back they count again."""
     with monkeypatch.context() as patch:
-        patch.setattr(module, "made_by", lambda: {"swarmproof": "another"})
+        patch.setattr(provenance, "made_by", lambda: {"swarmproof": "another"})
         assert store.find([CELL]) == {}
         assert store.uncounted([CELL, OTHER])[0] == 1
     assert store.find([CELL]) == {CELL: STORED}

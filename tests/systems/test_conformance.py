@@ -15,6 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.systems.small import Small
 
+from swarmproof.claims.claim import Always, Recovers, Witness
 from swarmproof.claims.verdict import Verdict
 from swarmproof.cli import main
 from swarmproof.errors import BadInput
@@ -132,6 +133,33 @@ def test_the_port_is_kept(small: Small) -> None:
 
 
 @SMALLS
+def test_what_is_remembered_of_states_is_enough(small: Small) -> None:
+    """States with one outline agree in goals of recovery and witnesses of outlines; equal parts, in what is broken."""
+    scope = small.scope()
+    steps, observe, system = scope.steps(), scope.model().observe, scope.system
+    goals = [one.question.goal for one in system.claims if isinstance(one.question, Recovers)]
+    goals += [one.seen_in for one in system.witnesses if isinstance(one, Witness) and one.outline]
+    parts = [one.question.part for one in system.claims if isinstance(one.question, Always) and one.question.part]
+    of_outline, of_part = dict[Any, Any](), dict[Any, Any]()
+    for key in explore(steps).keys:
+        observed = observe(steps.unpack(key))
+        seen = [goal(observed) for goal in goals]
+        assert of_outline.setdefault(steps.outline(key), seen) == seen
+        for i, part in enumerate(steps.parts(key)):
+            broken = [bool(about(observed, i)) for about in parts]
+            assert of_part.setdefault(part, broken) == broken
+    whole = [one for one in system.claims if isinstance(one.question, Always) and one.question.part]
+    for state in some_states(small):
+        observed = observe(state)
+        for claim in whole:
+            assert isinstance(claim.question, Always)
+            assert claim.question.part is not None
+            numbers = range(len(steps.parts(steps.pack(state))))
+            found_in_parts = [one for i in numbers for one in claim.question.part(observed, i)]
+            assert not numbers or list(claim.question.broken(observed)) == found_in_parts
+
+
+@SMALLS
 def test_traces_are_written_read_and_replayed(small: Small) -> None:
     """Each run is read back as it was written, and replays with its rounds, its losses and what it shows."""
     assert shown(small)
@@ -212,6 +240,37 @@ def test_sizes_that_cannot_be_are_refused(name: str, capsys: pytest.CaptureFixtu
         said = capsys.readouterr().err.strip()
         assert "\n" not in said
         assert option.upper().rstrip("S") in said.upper()
+
+
+@pytest.mark.parametrize(
+    ("words", "mentions"),
+    [
+        (["verify", "--system", "nothing"], "choose among"),
+        (["verify", "--system", "heartbeat", "--matrix"], "no matrix is recorded for heartbeat"),
+        (["verify", "--system", "heartbeat", "--claim", "lemma-1"], "choose among one-leader"),
+        (["verify", "--system", "heartbeat", "--semantics", "guarded"], "choose timeout"),
+        (["verify", "--system", "heartbeat", "--set", "leads"], "leads=majority"),
+        (["claims", "--system", "nothing"], "choose among"),
+    ],
+    ids=["no such system", "no matrix", "another's claim", "another's preset", "no value", "claims of no such system"],
+)
+def test_what_a_system_does_not_have_is_bad_input(
+    words: list[str], mentions: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What another system has, or none, is refused in one sentence that says what there is."""
+    assert main(words) == 2
+    said = capsys.readouterr().err.strip()
+    assert mentions in said
+    assert "\n" not in said
+
+
+@pytest.mark.parametrize("name", PACKAGES)
+def test_claims_are_listed(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """`claims --system` lists every claim of a system."""
+    assert main(["claims", "--system", name]) == 0
+    said = capsys.readouterr().out
+    for claim in load(name).claims:
+        assert claim.id in said
 
 
 @SMALLS

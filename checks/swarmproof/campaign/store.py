@@ -16,7 +16,7 @@ from typing import Any
 
 import msgspec
 
-from swarmproof.campaign.provenance import made_by
+from swarmproof.campaign.provenance import counts, made_by
 from swarmproof.campaign.trial import Cell
 from swarmproof.dmpc_swarm.experiments.consistent import fault
 from swarmproof.dmpc_swarm.experiments.measure import Measured
@@ -108,7 +108,7 @@ class Store:
             table = json.loads(read_bytes(path, "result", MOST_BYTES, "remove it"), parse_constant=_no_number)
             if (table["format"], table["cell"]) != (FORMAT, cell.id):
                 raise _Wrong("it is about something else")
-            if table["made_by"] != made_by():
+            if not counts(table["made_by"]):
                 raise _Outdated
             if table["digest"] != _digest(table):
                 raise _Wrong("its digest is not that of its numbers")

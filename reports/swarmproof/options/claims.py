@@ -1,8 +1,10 @@
-"""The options of `swarmproof claims`, which has none."""
+"""The options of `swarmproof claims`."""
 
 from __future__ import annotations
 
 import argparse
+
+from swarmproof.systems import PACKAGES
 
 EXAMPLE = "swarmproof claims"
 DESCRIPTION = "List the claims: wording, place in the paper, assumptions."
@@ -10,4 +12,7 @@ EPILOG = ""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add nothing: the command lists all claims."""
+    """Add the option to the parser of the command."""
+    parser.add_argument(
+        "--system", metavar="NAME", help=f"list only what is claimed about one system: {', '.join(PACKAGES)}"
+    )
