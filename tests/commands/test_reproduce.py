@@ -210,7 +210,7 @@ def test_outdated_results_are_told_and_flown_again(
     assert {name for name in before if after[name] != before[name]} == again
     # and with other code all of them would be
     other = {**made_by_module.made_by(), "numpy": "0.1"}
-    monkeypatch.setattr(store_module, "made_by", lambda: other)
+    monkeypatch.setattr(made_by_module, "made_by", lambda: other)
     assert Store(results).uncounted((*CHOSEN, *OTHERS))[0] == 6
 
 
