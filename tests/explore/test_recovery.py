@@ -303,7 +303,7 @@ def test_loss_free_rounds_do_not_depend_on_chunks(monkeypatch: pytest.MonkeyPatc
     exploration = explore(Rounds(2, 2, Semantics.parse("guarded")))
     whole = loss_free_graph(exploration)
     for chunk in (len(exploration.keys) // 3, len(exploration.keys) // 2 + 1, len(exploration.keys)):
-        monkeypatch.setattr(recovery_module, "CHUNK", chunk)
+        monkeypatch.setattr(Rounds, "chunk", chunk)
         graph = loss_free_graph(exploration)
         assert graph.starts.tolist() == whole.starts.tolist()
         assert all(sorted(graph.of(n)) == sorted(whole.of(n)) for n in range(len(exploration.keys)))

@@ -16,7 +16,6 @@ from swarmproof.dmpc_swarm.protocol.swarm import Swarm, initial_swarm
 from swarmproof.dmpc_swarm.rounds import Rounds
 from swarmproof.dmpc_swarm.semantics import Semantics
 from swarmproof.dmpc_swarm.system import swarm as scope
-from swarmproof.explore import search as search_module
 from swarmproof.explore.concretise import follow
 from swarmproof.explore.decide import Result, verify
 from swarmproof.explore.search import Exploration, Limits, Progress, explore
@@ -56,7 +55,7 @@ def test_a_search_ends_at_its_fixpoint() -> None:
 @pytest.mark.parametrize("most", [1, 10, 500])
 def test_a_limit_of_states_stops_and_says_so(most: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """The search stops after the chunk with which it has so many states, and says which limit it was."""
-    monkeypatch.setattr(search_module, "CHUNK", 10)
+    monkeypatch.setattr(Rounds, "chunk", 10)
     exploration = explore(Rounds(2, 2, GUARDED), limits=Limits(max_states=most))
     assert exploration.stopped == f"the limit of {most} states"
     assert most <= len(exploration.keys) < 1394
@@ -114,7 +113,7 @@ def test_an_interrupt_keeps_what_was_found() -> None:
 
 def test_an_interrupt_within_a_level_keeps_the_states_of_its_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     """What earlier chunks of an interrupted level found is kept."""
-    monkeypatch.setattr(search_module, "CHUNK", 10)
+    monkeypatch.setattr(Rounds, "chunk", 10)
     seen: list[Progress] = []
 
     def on_progress(progress: Progress) -> None:
@@ -132,7 +131,7 @@ def test_an_interrupt_within_a_level_keeps_the_states_of_its_chunks(monkeypatch:
 def test_chunks_do_not_change_what_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """Taking few states through a round together finds the same states, depths, parents' depths and losses."""
     whole = explore(Rounds(2, 2, GUARDED))
-    monkeypatch.setattr(search_module, "CHUNK", 7)
+    monkeypatch.setattr(Rounds, "chunk", 7)
     parts = explore(Rounds(2, 2, GUARDED))
 
     def described(exploration: Exploration) -> set[object]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import re
 import resource
+import signal
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -189,21 +190,21 @@ def test_two_runs_into_one_folder(tmp_path: Path) -> None:
     """The second is refused while the first runs, and the first is whole."""
     work = tmp_path / "work"
     work.mkdir()
-    first = started([*environment_program(), "fly", "circle", "--rounds", "40", "--report", "report"], work)
+    first = started([*environment_program(), "fly", "circle", "--rounds", "5000", "--report", "report"], work)
     while not (work / "report").exists():
         assert first.poll() is None
-    codes: set[int] = set()
-    while first.poll() is None and not codes:
-        second = subprocess.run(
-            [*environment_program(), "fly", "crossing", "--rounds", "1", "--report", "report"],
-            cwd=work,
-            env=environment({}),
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        codes.add(second.returncode)
-        assert "another run of swarmproof is writing to report" in second.stderr
-    assert codes == {ExitCode.BAD_INPUT}
-    assert first.wait() == 0
+    second = subprocess.run(
+        [*environment_program(), "fly", "crossing", "--rounds", "1", "--report", "report"],
+        cwd=work,
+        env=environment({}),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    # the first would fly for minutes: however slow the machine is, it goes on until it is told to end
+    assert first.poll() is None
+    first.send_signal(signal.SIGINT)
+    assert second.returncode == ExitCode.BAD_INPUT
+    assert "another run of swarmproof is writing to report" in second.stderr
+    assert first.wait() == ExitCode.UNDECIDED
     assert "circle, 16 UAVs" in (work / "report" / "index.html").read_text()

@@ -24,6 +24,7 @@ from swarmproof.explore.enumerated import Enumerated
 from swarmproof.explore.search import Exploration, explore
 from swarmproof.falsify.walks import Walk, first_breach, perform, walk_property, walks
 from swarmproof.output import ReportFolder
+from swarmproof.pages.run import rounds_of
 from swarmproof.pages.verification import put_result
 from swarmproof.systems import PACKAGES, load
 from swarmproof.trace.replay import replay
@@ -172,6 +173,20 @@ def test_traces_are_written_read_and_replayed(small: Small) -> None:
         assert (len(replayed.events) if loop is None else loop) == decided.rounds
         assert replayed.lost_messages == decided.lost_messages
         assert replayed.is_violation == (decided.verdict is Verdict.VIOLATED)
+
+
+@SMALLS
+def test_the_plain_pages_tell_every_round(small: Small) -> None:
+    """Of each run, the pages of any system have each round with what the nodes hold, and where a message is lost."""
+    for decided in shown(small):
+        assert decided.trace is not None
+        replayed = replay(decided.trace)
+        told = rounds_of(replayed)
+        assert [one.k for one in told] == list(range(len(replayed.states)))
+        assert all(row.who and row.holds for one in told for row in one.rows)
+        assert all(one.rows for one in told)
+        assert [bool(one.events) for one in told[:-1]] == [event.lost > 0 for event in replayed.events]
+        assert bool(told[-1].broken) == (decided.claim.is_safety and replayed.is_violation)
 
 
 @SMALLS

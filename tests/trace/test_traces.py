@@ -23,7 +23,6 @@ from swarmproof.dmpc_swarm.semantics import PRESETS, Semantics
 from swarmproof.dmpc_swarm.system import swarm as scope
 from swarmproof.errors import BadInput
 from swarmproof.explore.decide import Decided, Result, verify
-from swarmproof.system import Scope
 from swarmproof.trace.replay import Replay, replay
 from swarmproof.trace.trace import Trace, as_builtins, decode, encode, read, record
 
@@ -84,8 +83,7 @@ def test_traces_round_trip(preset: str, tmp_path: Path) -> None:
         written = encode(trace)
         replayed = _read(written, tmp_path)
         assert replayed.trace == trace
-        what = Scope(replayed.system, trace.sizes, replayed.reading)
-        again = record(what, trace.shows, replayed.events, loop_start=trace.loop_start)
+        again = record(replayed.scope, trace.shows, replayed.events, loop_start=trace.loop_start)
         assert again == trace
         assert encode(again) == written
 

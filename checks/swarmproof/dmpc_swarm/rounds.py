@@ -76,6 +76,9 @@ _PLACEHOLDER = Trajectory(Metadata(-9, -9))
 class Rounds(PackedSwarms):
     """The successor relation on packed swarms, for one number of UAVs and CUs under one semantics."""
 
+    #: Many, since equal intermediate swarms are merged; a chunk takes about a second.
+    chunk = 20_000
+
     def __init__(
         self, uavs: int, cus: int, semantics: Semantics, abstraction: Abstraction = Abstraction.ESSENTIAL
     ) -> None:

@@ -15,12 +15,14 @@ MOST_STATES = 1 << 24
 class Enumerated:
     """A model as a :class:`~swarmproof.explore.steps.Steps`; keys number the states in order of appearance."""
 
+    #: Few: a state alone may have thousands of events.
+    chunk = 32
+
     def __init__(self, model: Model[Any, Any, Any, Any]) -> None:
         self.model = model
         self.steps = 0
         self._states: list[Any] = []
         self._keys: dict[Any, int] = {}
-        self._after: dict[int, list[tuple[int, int]]] = {}
 
     def initial_key(self) -> int:
         """Return the key of the state in the first computation phase."""
@@ -50,7 +52,7 @@ class Enumerated:
         """Return the states one round later, each with the cheapest value with which it is reached."""
         found: Frontier = {}
         for key, value in frontier.items():
-            for after, lost in self._successors(key):
+            for after, lost in self._rounds(key):
                 cost = value + (lost << PARENT_BITS)
                 if cost < found.get(after, cost + 1):
                     found[after] = cost
@@ -59,7 +61,7 @@ class Enumerated:
     def loss_free(self, keys: Sequence[int]) -> Iterator[tuple[int, int]]:
         """Yield (position in `keys`, key one round later) for every round that loses nothing, each pair once."""
         for position, key in enumerate(keys):
-            yield from dict.fromkeys((position, after) for after, lost in self._successors(key) if lost == 0)
+            yield from dict.fromkeys((position, after) for after, _ in self._rounds(key, lossless=True))
 
     def parts(self, key: int) -> Sequence[Hashable]:
         """Return nothing: the parts of a state are not told apart."""
@@ -69,16 +71,11 @@ class Enumerated:
         """Return the key: the outline is the whole state."""
         return key
 
-    def _successors(self, key: int) -> list[tuple[int, int]]:
-        """Return every (key after a round, fewest losses in it), in order of appearance."""
-        known = self._after.get(key)
-        if known is None:
-            state, fewest = self._states[key], dict[int, int]()
-            for choice in self.model.choices(state):
-                sent = self.model.compute(state, choice)
-                for event in self.model.events(sent):
-                    self.steps += 1
-                    after = self.pack(self.model.receive(sent, event))
-                    fewest[after] = min(event.lost, fewest.get(after, event.lost))
-            known = self._after[key] = list(fewest.items())
-        return known
+    def _rounds(self, key: int, lossless: bool = False) -> Iterator[tuple[int, int]]:
+        """Yield (key after a round, losses in it) for everything that can happen."""
+        state = self._states[key]
+        for choice in self.model.choices(state):
+            sent = self.model.compute(state, choice)
+            for event in self.model.events(sent, lossless):
+                self.steps += 1
+                yield self.pack(self.model.receive(sent, event)), event.lost

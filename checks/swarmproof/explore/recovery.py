@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from swarmproof.explore.search import CHUNK, Exploration
+from swarmproof.explore.search import Exploration
 
 Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
@@ -77,8 +77,9 @@ def loss_free_graph(exploration: Exploration) -> LossFree:
     keys = exploration.keys
     sources: list[int] = []
     targets: list[int] = []
-    for begin in range(0, len(keys), CHUNK):
-        for position, key in exploration.rounds.loss_free(keys[begin : begin + CHUNK]):
+    chunk = exploration.rounds.chunk
+    for begin in range(0, len(keys), chunk):
+        for position, key in exploration.rounds.loss_free(keys[begin : begin + chunk]):
             sources.append(begin + position)
             targets.append(exploration.index[key])
     return _graph(len(keys), np.array(sources, dtype=np.int64), np.array(targets, dtype=np.int64))

@@ -10,8 +10,6 @@ from dataclasses import dataclass
 
 from swarmproof.explore.steps import PARENT_BITS, PARENT_MASK, Frontier, Steps, TooLarge
 
-#: States taken through a round together; a limit or an interrupt is noticed after each chunk.
-CHUNK = 20_000
 #: The most states that a search holds: indices share an int with losses.
 MOST_STATES = 1 << PARENT_BITS
 
@@ -154,8 +152,8 @@ def _next_level(
     found: Frontier = {}
     last = len(keys)
     try:
-        for begin in range(first, last, CHUNK):
-            chunk = range(begin, min(begin + CHUNK, last))
+        for begin in range(first, last, rounds.chunk):
+            chunk = range(begin, min(begin + rounds.chunk, last))
             frontier = {keys[n]: exploration.losses[n] << PARENT_BITS | n for n in chunk}
             for key, value in rounds.run(frontier).items():
                 if key not in known and value < found.get(key, value + 1):

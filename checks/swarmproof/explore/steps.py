@@ -21,9 +21,11 @@ class Steps(Protocol):
 
     Attributes:
         steps: the (intermediate state, effect) pairs taken so far.
+        chunk: how many states are taken through a round together; a limit is noticed after each such chunk.
     """
 
     steps: int
+    chunk: int
 
     def initial_key(self) -> int:
         """Return the key of the state in the first computation phase."""

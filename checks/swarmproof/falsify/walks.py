@@ -109,7 +109,7 @@ def walk_property(walk: Walk, claims: Sequence[Claim[Any]] | None = None) -> Non
             which `swarmproof replay` reads from a file.
     """
     scope = walk.scope
-    asked = [claim for claim in claims or scope.system.claims if claim.applies_to(scope.reading)]
+    asked = [claim for claim in (scope.system.claims if claims is None else claims) if claim.applies_to(scope.reading)]
     breach = first_breach(walk.states, scope.model().observe, asked)
     if breach is not None:
         raise AssertionError(explain(scope, walk.events, breach))

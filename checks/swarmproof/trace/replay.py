@@ -10,7 +10,7 @@ from swarmproof.claims.claim import Always, Claim, Reachable, Recovers, Return, 
 from swarmproof.claims.reading import Reading
 from swarmproof.errors import BadInput
 from swarmproof.port.model import Model
-from swarmproof.system import System
+from swarmproof.system import Scope, System
 from swarmproof.systems import load
 from swarmproof.trace.trace import Trace
 
@@ -24,8 +24,7 @@ class Replay:
     """
 
     trace: Trace
-    system: System
-    reading: Reading
+    scope: Scope
     model: Model[Any, Any, Any, Any]
     states: tuple[Any, ...]
     sent: tuple[Any, ...]
@@ -35,6 +34,16 @@ class Replay:
     def lost_messages(self) -> int:
         """The number of (message, receiver) pairs lost."""
         return sum(event.lost for event in self.events)
+
+    @property
+    def system(self) -> System:
+        """The system that ran."""
+        return self.scope.system
+
+    @property
+    def reading(self) -> Reading:
+        """The reading under which it ran."""
+        return self.scope.reading
 
     @property
     def claim(self) -> Claim[Any] | None:
@@ -62,15 +71,15 @@ def replay(trace: Trace) -> Replay:
         BadInput: a round of the trace cannot happen, or the trace does not show what it says.
     """
     system = load(trace.system)
-    reading = system.reading.from_values(trace.semantics)
-    model = system.model(trace.sizes, reading)
+    scope = Scope(system, trace.sizes, system.reading.from_values(trace.semantics))
+    model = scope.model()
     states, sent, events = [model.initial()], [], []
     for k, recorded in enumerate(trace.rounds):
         on_air, event = model.read(states[-1], recorded, k)
         states.append(model.receive(on_air, event))
         sent.append(on_air)
         events.append(event)
-    replayed = Replay(trace, system, reading, model, tuple(states), tuple(sent), tuple(events))
+    replayed = Replay(trace, scope, model, tuple(states), tuple(sent), tuple(events))
     _check_shows(replayed)
     return replayed
 

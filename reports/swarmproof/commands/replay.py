@@ -23,8 +23,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     """
     console = terminal.text()
     replayed = replay(read(options.trace))
-    sizes = ", ".join(f"{replayed.trace.sizes[size.name]} {size.noun}" for size in replayed.system.sizes)
-    console.print(f"[bold]{sizes}, semantics {replayed.reading.name()}[/bold]")
+    console.print(f"[bold]{replayed.scope.swarm()}, semantics {replayed.reading.name()}[/bold]")
     telling = of_system(replayed.system, "telling", "swarmproof.pages.telling")
     cast(Callable[[Console, Replay], None], telling.print_run)(console, replayed)  # type: ignore[attr-defined]
     return ExitCode.VIOLATED if replayed.is_violation else ExitCode.WELL

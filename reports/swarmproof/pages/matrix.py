@@ -36,7 +36,7 @@ def matrix_json(results: Sequence[RowResult]) -> bytes:
 def matrix_page(results: Sequence[RowResult]) -> str:
     """Return the page that compares all configurations; it links to a folder for each, named as the configuration."""
     return template("matrix.html.j2").render(
-        system=results[0].row.system if results else None,
+        system=results[0].row.system.name if results else "nothing",
         claims=[decided.claim for decided in results[0].result.claims] if results else [],
         results=results,
         in_short=in_short,
