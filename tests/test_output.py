@@ -7,6 +7,8 @@ import json
 import os
 import shutil
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -258,6 +260,22 @@ def _forget_and_wait() -> None:
     forgotten.clear()
     while True:
         time.sleep(0.01)
+
+
+def test_an_interrupt_while_python_runs_a_text_does_not_take_the_exit_code(tmp_path: Path) -> None:
+    """With `python -m`, the exit code is the one that is given, also if Ctrl-C came while a named tuple was made."""
+    (tmp_path / "program.py").write_text(
+        "import sys\n"
+        "from swarmproof import interrupts\n"
+        "with interrupts.handled():\n"
+        "    try:\n"
+        "        exec('raise KeyboardInterrupt')\n"
+        "    except KeyboardInterrupt:\n"
+        "        pass\n"
+        "sys.exit(3)\n"
+    )
+    ended = subprocess.run([sys.executable, "-m", "program"], cwd=tmp_path, check=False)
+    assert ended.returncode == 3
 
 
 def test_an_interrupt_that_python_ignores_comes_again(capsys: pytest.CaptureFixture[str]) -> None:

@@ -39,6 +39,9 @@ def handled() -> Iterator[None]:
         is_program = before[0] is signal.SIG_DFL  # see __main__: all is said, and only the exit code is left to give
         for one, handler in zip(SIGNALS, before, strict=True):
             signal.signal(one, signal.SIG_IGN if is_program else handler)
+        # `python -m` would end by the signal, whatever the exit code, if an interrupt came while Python ran a text, as
+        # it does for a named tuple of a module that loads. Running another text makes it forget that.
+        exec("")
 
 
 def leave_at_once(number: int, frame: FrameType | None) -> None:
