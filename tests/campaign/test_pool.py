@@ -10,11 +10,14 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
+from collections import deque
 from collections.abc import Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -251,3 +254,33 @@ def test_threads_are_given_back() -> None:
         mistaken()
     assert inside == dict.fromkeys(THREADS, "1")
     assert {name: os.environ.get(name) for name in THREADS} == before
+
+
+def test_no_signal_cuts_the_beginning_of_a_process_in_two() -> None:
+    """A signal that reaches another thread while a process begins is handled after that, and no job is forgotten."""
+    begun: list[str] = []
+
+    class Beginning:
+        """A pool whose process is told to end while it begins."""
+
+        def submit(self, work: object, job: str) -> Future[str]:
+            os.kill(os.getpid(), signal.SIGINT)
+            for _ in range(20):  # a signal is handled between two steps of Python
+                time.sleep(0.005)
+            begun.append(job)
+            return Future()
+
+    ended = threading.Event()
+    other = threading.Thread(target=ended.wait)  # it does not block the signal
+    other.start()
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    running: dict[Future[str], str] = {}
+    pool: Any = Beginning()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            module._submit(pool, str, deque(["one", "other"]), running, 1)
+    finally:
+        signal.signal(signal.SIGINT, before)
+        ended.set()
+        other.join()
+    assert begun == list(running.values()) == ["one"]

@@ -17,7 +17,7 @@ from contextlib import contextmanager
 from multiprocessing import resource_tracker
 from typing import TypeVar
 
-from swarmproof.campaign.deferred import SIGNALS
+from swarmproof.campaign.deferred import SIGNALS, deferred
 from swarmproof.errors import Failed
 
 Job = TypeVar("Job")
@@ -99,7 +99,7 @@ def _submit(
     most: int,
 ) -> None:
     """Give the pool some jobs: few at any time, so that an interrupt has little to forget."""
-    with _signals_wait():  # a process may begin
+    with deferred(), _signals_wait():  # a process may begin
         for _ in range(min(most, len(waiting))):
             future = pool.submit(work, waiting[0])
             running[future] = waiting.popleft()
@@ -128,7 +128,11 @@ def _stop(pool: ProcessPoolExecutor) -> None:
 
 @contextmanager
 def _signals_wait() -> Iterator[None]:
-    """Let signals wait in this thread, and in the processes that begin meanwhile until they can obey."""
+    """Let signals wait in the processes that begin meanwhile until they can obey.
+
+    In this process, :func:`deferred` does that: a signal that this thread blocks reaches another, such as one of linear
+    algebra, and Python handles it in this thread all the same.
+    """
     resource_tracker.ensure_running()  # which, when it begins, lets signals through
     before = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     try:
